@@ -1,0 +1,51 @@
+// A preset bound to effects: the ordered steps that a runner executes.
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "effect/effect.hpp"
+#include "frame/resolve.hpp"
+
+namespace brume {
+
+struct Step {
+    std::shared_ptr<const Effect> effect;
+    std::string id;          ///< how --set names it: the effect's name, or its own `id`
+    ParameterValues values;  ///< complete: every parameter of the header
+    std::string input = "color";
+    std::string output = "color";
+    bool enabled = true;
+
+    /// The name of the image that image parameter reads: its value, or `input` for the main one.
+    std::string imageOf(const std::string& parameter) const;
+};
+
+/// Names of images: "color" (running), "captured" (as it came), "transmittance" (running, starts at 1), and
+/// outputs.
+struct Chain {
+    std::string name, description;
+    DepthPolicy policy;
+    std::vector<Step> steps;
+
+    /// True where a later step after `from` or `keep` reads "transmittance".
+    bool readsTransmittance(const std::vector<std::string>& keep) const;
+};
+
+/// What was decided about one step, for --explain.
+struct StepPlan {
+    std::string id;
+    Plan plan;
+    bool planned = false;  ///< false: nothing to decide, run as written
+};
+
+FrameStatistics measureFrame(const FramePair& frame);
+
+/// Resolves every "auto" and drops what cannot be seen; `decisions` (may be null) gets one entry a step.
+Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
+                const std::vector<std::string>& keep, std::vector<StepPlan>* decisions = nullptr);
+
+}  // namespace brume

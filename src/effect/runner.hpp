@@ -1,0 +1,63 @@
+// What both backends offer: a chain applied to a frame.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "effect/chain.hpp"
+
+namespace brume {
+
+struct StepTiming {
+    std::string name;  ///< step id, or "id/pass"
+    double milliseconds = 0;
+};
+
+struct RunResult {
+    /// CV_32FC4 each: "color", "transmittance" if asked for, and every image kept.
+    std::map<std::string, cv::Mat> images;
+    std::vector<StepTiming>
+        timings;  ///< wall time on the CPU (fused steps joined by +), GPU timer queries on GL
+};
+
+class Runner {
+  public:
+    virtual ~Runner() = default;
+    virtual std::string describe() const = 0;  ///< "CPU, 2 threads", or GL vendor and renderer
+    virtual Backend backend() const = 0;
+    /// Runs a planned chain (no "auto" left) over a frame whose depth has been resolved. `keep` names images
+    /// wanted besides "color". PERSISTENT targets live in the runner between calls. Not thread-safe: one
+    /// runner, one caller at a time.
+    virtual RunResult run(const Chain& chain, const FramePair& frame,
+                          const std::vector<std::string>& keep) = 0;
+};
+
+/// Everything from a captured frame to finished images: resolves depth, plans, runs, restores.
+RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captured,
+                     const std::vector<std::string>& keep = {}, std::vector<StepPlan>* decisions = nullptr);
+
+// Shared by the runners, so that they cannot differ:
+
+/// fp32 DERIVED of a step, from a cache keyed by what each comes FROM. Thread-safe.
+class DerivedCache {
+  public:
+    const DerivedValues& get(const Step& step, const PluginEffect::Params& params,
+                             const DeriveContext& context);
+    void clear() { entries_.clear(); }
+
+  private:
+    struct Entry {
+        std::string key;
+        std::vector<float> values;
+    };
+    std::map<std::string, Entry> entries_;       // by step id + name
+    std::map<std::string, DerivedValues> sets_;  // by step id
+};
+
+/// The size of a step's output: its last pass's WIDTH and HEIGHT, by default its input's.
+cv::Size outputSize(const Step& step, cv::Size input, const std::map<std::string, cv::Size>& images);
+
+}  // namespace brume

@@ -1,0 +1,31 @@
+// Reading captured frames: colour and depth files, sidecars, encodings. Everything is converted here, once.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frame/depth_encoding.hpp"
+#include "frame/frame_pair.hpp"
+
+namespace brume {
+
+/// What the command line may say about a frame; anything left empty comes from the sidecar, then from the
+/// file.
+struct ReadOptions {
+    std::string
+        depth;  ///< a file, or a pattern such as "depth/{stem}.png"; empty: depth in the EXR or beside it
+    std::optional<DepthEncoding> encoding;
+    std::optional<bool> colorIsSrgb;     ///< overrides the sidecar's and the format's habit
+    size_t maxPixels = size_t(1) << 28;  ///< refuse larger images before memory is taken
+};
+
+/// Reads one frame. Throws Error (Io) naming the file and the reason: missing, empty, truncated, absurd size,
+/// colour and depth of different shape, no depth, depth unknown everywhere. Safe to call from several
+/// threads.
+FramePair readFrame(const std::string& path, const ReadOptions& options = {});
+
+/// One image file as stored: channels in RGBA order, CV_32FC(1..4), values not decoded. Throws Error (Io).
+cv::Mat readImage(const std::string& path, size_t maxPixels = size_t(1) << 28);
+
+}  // namespace brume
