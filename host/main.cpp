@@ -1,0 +1,53 @@
+// The program `brume`. Exit status: 0 done, 1 a check failed, 2 wrong use, 3 an input could not be read or an
+// output not written.
+#include <exception>
+#include <iostream>
+#include <new>
+
+#include "commands.hpp"
+#include "error.hpp"
+
+using namespace brume;
+
+namespace {
+
+int fail(const std::string& sentence, ErrorKind kind) {
+    std::cerr << "brume: " << sentence << "\n";
+    return int(kind);
+}
+
+int run(int argc, char** argv) {
+    CLI::App program(
+        "Fog and other image-space effects on captured frames: a colour image and a depth image of one view.",
+        "brume");
+    program.set_version_flag("--version", "brume " BRUME_VERSION);
+    program.require_subcommand(1);
+    program.footer(
+        "Examples:\n"
+        "  brume apply depth_fog frame.png -o fogged.png\n"
+        "  brume list\n"
+        "  brume apply --help\n"
+        "\nExit status: 0 done, 1 a check failed, 2 wrong use, 3 a file could not be read or written.");
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::Success& e) {  // --help, --version
+        return program.exit(e);
+    } catch (const CLI::ParseError& e) {
+        return fail(text(e.what(), "; see 'brume --help'"), ErrorKind::Usage);
+    }
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const Error& e) {
+        return fail(e.what(), e.kind());
+    } catch (const std::bad_alloc&) {
+        return fail("not enough memory", ErrorKind::Io);
+    } catch (const std::exception& e) {
+        return fail(text("unexpected: ", e.what()), ErrorKind::CheckFailed);
+    }
+}
