@@ -9,7 +9,7 @@
 
 namespace brume {
 
-struct GlFunctions;
+struct GlFunctions;  // gl/functions.hpp
 
 enum class GlPlatform { Auto, Osmesa, Egl };
 
@@ -18,6 +18,8 @@ class GlContext {
   public:
     virtual ~GlContext() = default;
     virtual const GlFunctions& functions() const = 0;
+    /// "OSMesa", "EGL device 0", "EGL surfaceless", or what another implementation calls itself.
+    virtual std::string platform() const = 0;
     /// "OSMesa: Mesa/X.org, llvmpipe (LLVM 15.0.6, 256 bits), 4.5 (Core Profile) Mesa 22.3.6"
     std::string describe() const;
     /// False for software renderers (llvmpipe, softpipe, swrast).
