@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,12 +17,16 @@ struct Step {
     std::shared_ptr<const Effect> effect;
     std::string id;          ///< how --set names it: the effect's name, or its own `id`
     ParameterValues values;  ///< complete: every parameter of the header
+    /// parameters that the preset or command line named: a sidecar does not override them
+    std::set<std::string> given;
     std::string input = "color";
     std::string output = "color";
     bool enabled = true;
 
     /// The name of the image that image parameter reads: its value, or `input` for the main one.
     std::string imageOf(const std::string& parameter) const;
+    /// True where one of its image parameters is bound to that image.
+    bool reads(const std::string& image) const;
 };
 
 /// Names of images: "color" (running), "captured" (as it came), "transmittance" (running, starts at 1), and
@@ -41,6 +46,12 @@ struct StepPlan {
     Plan plan;
     bool planned = false;  ///< false: nothing to decide, run as written
 };
+
+/// Gives parameters with a SIDECAR key, unless the preset named them, what the frame's sidecar says.
+/// "lights/point" is the list of rows of "lights" whose "type" is "point"; "lights/directional/direction" one
+/// value of the first such row. Fields that the parameter does not have are ignored. Throws Error (Usage) on
+/// a value of the wrong form.
+Chain withSidecar(const Chain& chain, const FramePair& frame);
 
 FrameStatistics measureFrame(const FramePair& frame);
 

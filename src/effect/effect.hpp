@@ -1,7 +1,9 @@
 // An effect ready to run: the header, its GLSL, and the C++ half if there is one.
 #pragma once
 
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -42,9 +44,10 @@ class EffectRegistry {
     /// By name, or by the path of a .fs file. Throws Error (Usage) with the nearest name, or with the reason
     /// the effect was refused.
     std::shared_ptr<const Effect> find(const std::string& nameOrPath) const;
-    /// All names, sorted; those that failed to load are in `refused` with the reason.
+    /// All names, sorted, whether or not they load.
     std::vector<std::string> names() const;
-    const std::map<std::string, std::string>& refused() const { return refused_; }
+    /// Loads them all; those that cannot be, with the reason.
+    std::map<std::string, std::string> refused() const;
 
     /// Folders searched, first wins: BRUME_EFFECT_PATH, ~/.local/share/brume/effects,
     /// <prefix>/lib/brume/effects.
@@ -58,7 +61,7 @@ class EffectRegistry {
     std::map<std::string, Entry> entries_;
     mutable std::map<std::string, std::shared_ptr<const Effect>> loaded_;
     mutable std::map<std::string, std::string> refused_;
-    mutable std::shared_ptr<std::mutex> mutex_;
+    std::shared_ptr<std::mutex> mutex_;
 };
 
 }  // namespace brume

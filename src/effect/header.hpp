@@ -35,7 +35,7 @@ struct Derived {
     Type type = Type::Float;
     std::vector<SizeExpression> size;  ///< Array, Vec4Array: one; Volume: width, height, depth
     std::vector<std::string>
-        from;  ///< parameters, and "camera", "size", "time", "frame", "depth": the cache key
+        from;  ///< parameters, and "camera", "size", "time", "frame", "sidecar": the cache key
 };
 
 struct Tolerance {
@@ -55,6 +55,8 @@ struct EffectHeader {
     std::string path;
     std::string description, credit;
     std::vector<std::string> categories;
+    std::vector<std::string>
+        breaks;  ///< BREAKS: where each method fails, one sentence each, for `brume info`
     std::vector<Parameter> parameters;
     std::vector<Pass> passes;  ///< at least one; the last writes the output
     std::vector<Derived> derived;

@@ -35,6 +35,7 @@ struct Parameter {
     bool allowsAuto = false;           ///< may be "auto"
     std::vector<Parameter> fields;     ///< List
     int maxRows = 0;                   ///< List
+    std::string sidecar;  ///< key of the frame's sidecar that supplies it where the preset does not
 
     /// True where the value is compiled into the shader instead of being a uniform: bool, and long with
     /// VALUES.
@@ -51,7 +52,8 @@ using ParameterValues = std::map<std::string, ParameterValue>;
 /// offending value, and the range or nearest label.
 ParameterValue parseValue(const Parameter& parameter, const nlohmann::json& json, const std::string& where);
 /// The same from the command line's text: "3", "exponential", "(.6,.65,.7)", "#a0b0c0", "true".
-ParameterValue parseValue(const Parameter& parameter, const std::string& argument, const std::string& where);
+ParameterValue parseArgument(const Parameter& parameter, const std::string& argument,
+                             const std::string& where);
 /// What parseValue reads back unchanged.
 nlohmann::json toJson(const Parameter& parameter, const ParameterValue& value);
 

@@ -41,23 +41,36 @@ RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captur
 
 // Shared by the runners, so that they cannot differ:
 
-/// fp32 DERIVED of a step, from a cache keyed by what each comes FROM. Thread-safe.
+/// The camera constants of a step that works at `size` on this frame.
+View viewFor(const FramePair& frame, cv::Size size);
+DeriveContext deriveContextFor(const FramePair& frame, cv::Size size);
+
+/// fp32 DERIVED of a step, from a cache keyed by what each comes FROM. Not thread-safe: one a runner.
 class DerivedCache {
   public:
     const DerivedValues& get(const Step& step, const PluginEffect::Params& params,
                              const DeriveContext& context);
-    void clear() { entries_.clear(); }
 
   private:
     struct Entry {
-        std::string key;
-        std::vector<float> values;
+        std::map<std::string, std::string> keys;  // by derived name
+        DerivedValues values;
     };
-    std::map<std::string, Entry> entries_;       // by step id + name
-    std::map<std::string, DerivedValues> sets_;  // by step id
+    std::map<std::string, Entry> entries_;  // by step id
 };
 
+/// Evaluates a header's size expression to a whole number of px, at least 1. Throws Error (Usage) if it is
+/// not finite or absurd.
+int evaluateSize(const SizeExpression& expression, const std::map<std::string, double>& variables,
+                 int otherwise);
+
+/// $WIDTH and $HEIGHT (of `size`) beside the step's own variables, and its int DERIVED.
+std::map<std::string, double> passVariables(const Step& step, cv::Size size, const DerivedValues& derived);
+
 /// The size of a step's output: its last pass's WIDTH and HEIGHT, by default its input's.
-cv::Size outputSize(const Step& step, cv::Size input, const std::map<std::string, cv::Size>& images);
+cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& derived);
+
+/// Nearest sample by pixel centres, in whole numbers: how depth is brought to another size.
+cv::Mat resampleNearest(const cv::Mat& image, cv::Size size);
 
 }  // namespace brume

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
@@ -23,6 +24,8 @@ struct FramePair {
     /// What the sidecar knew besides (lights, a light's depth map): an object, or null. Shared, never
     /// changed.
     std::shared_ptr<const nlohmann::json> extras;
+    /// Further images of the capture (a light's depth map), CV_32FC4, which steps may read by name.
+    std::map<std::string, cv::Mat> images;
     /// What the reader understood and assumed, one sentence each ("depth: OpenGL device depth, near .1 m").
     std::vector<std::string> notes;
 

@@ -1,0 +1,187 @@
+#include "cpu/cpu_runner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "cpu/image_pool.hpp"
+#include "error.hpp"
+
+namespace brume {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// A step with all that its plugin needs to run.
+struct Bound {
+    const Step* step;
+    PluginEffect::Params params;
+    CpuContext context;
+};
+
+class CpuRunner final : public Runner {
+  public:
+    std::string describe() const override { return text("CPU, ", cv::getNumThreads(), " threads"); }
+    Backend backend() const override { return Backend::Cpu; }
+
+    RunResult run(const Chain& chain, const FramePair& frame, const std::vector<std::string>& keep) override {
+        frame_ = &frame;
+        images_ = frame.images;
+        images_["color"] = images_["captured"] = frame.color;
+        bool readsTransmittance = chain.readsTransmittance(keep);
+        if (readsTransmittance) {
+            auto& image = images_["transmittance"] = pool_.take(frame.size(), CV_32FC4);
+            image.setTo(cv::Scalar::all(1));
+        }
+        RunResult result;
+        std::vector<const Step*> steps;
+        for (const Step& step : chain.steps)
+            if (step.enabled) steps.push_back(&step);
+        for (size_t first = 0; first < steps.size();) {
+            size_t last = groupEnd(steps, first);
+            auto start = Clock::now();
+            runGroup({steps.begin() + first, steps.begin() + last}, readsTransmittance);
+            std::string name;
+            for (size_t k = first; k < last; k++) name += (name.empty() ? "" : "+") + steps[k]->id;
+            result.timings.push_back({name, millisecondsSince(start)});
+            first = last;
+        }
+        result.images["color"] = images_["color"];
+        for (const auto& name : keep) {
+            auto found = images_.find(name);
+            if (found == images_.end()) failUsage("no step writes an image '", name, "' to keep");
+            result.images[name] = found->second;
+        }
+        images_.clear();
+        return result;
+    }
+
+  private:
+    // The end of the longest run of pointwise steps from `first` on that work in place, one after the other.
+    static size_t groupEnd(const std::vector<const Step*>& steps, size_t first) {
+        auto isPointwise = [](const Step& step) { return step.effect->header.pointwise; };
+        size_t end = first + 1;
+        if (!isPointwise(*steps[first])) return end;
+        const std::string& name = steps[first]->output;
+        bool writesTransmittance = steps[first]->effect->header.writesTransmittance;
+        for (; end < steps.size(); end++) {
+            const Step& next = *steps[end];
+            if (!isPointwise(next) || next.input != name || next.output != name) break;
+            if (writesTransmittance && next.reads("transmittance")) break;
+            if (readsBeside(next, name)) break;
+            writesTransmittance |= next.effect->header.writesTransmittance;
+        }
+        return end;
+    }
+    // Another image parameter bound to the image that the group is changing.
+    static bool readsBeside(const Step& step, const std::string& name) {
+        const auto& header = step.effect->header;
+        for (const auto& parameter : header.parameters)
+            if (parameter.type == ParameterType::Image && parameter.name != header.mainImage() &&
+                step.imageOf(parameter.name) == name)
+                return true;
+        return false;
+    }
+
+    const cv::Mat& imageNamed(const Step& step, const std::string& name) const {
+        auto found = images_.find(name);
+        if (found == images_.end())
+            failUsage(step.id, ": reads the image '", name, "', which this frame does not have");
+        return found->second;
+    }
+
+    static cv::Mat resampled(const cv::Mat& image, cv::Size size) {
+        if (image.size() == size) return image;
+        cv::Mat result;
+        cv::resize(image, result, size, 0, 0, cv::INTER_LINEAR);
+        return result;
+    }
+
+    Bound bind(const Step& step, bool readsTransmittance, const cv::Mat& input) {
+        const Effect& effect = *step.effect;
+        if (!effect.plugin) failUsage(effect.name(), " is GLSL only; run it with --backend gl");
+        Bound bound{&step, effect.plugin->makeParams(step.values), {}};
+        CpuContext& context = bound.context;
+        context.input = input;
+        context.derivedValues = &derived_.get(step, bound.params, deriveContextFor(*frame_, input.size()));
+        cv::Size size = outputSize(step, input.size(), *context.derivedValues);
+        if (effect.header.pointwise && size != input.size())
+            failUsage(step.id, ": a POINTWISE effect cannot change the image's size");
+        context.view = viewFor(*frame_, size);
+        context.depth = resampleNearest(frame_->depth, size);
+        for (const auto& parameter : effect.header.parameters)
+            if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage())
+                context.images[parameter.name] =
+                    resampled(imageNamed(step, step.imageOf(parameter.name)), size);
+        if (effect.header.writesTransmittance && readsTransmittance && size == frame_->size())
+            context.transmittance = images_["transmittance"];
+        return bound;
+    }
+
+    void runGroup(const std::vector<const Step*>& group, bool readsTransmittance) {
+        const Step& first = *group.front();
+        cv::Mat input = imageNamed(first, first.input);
+        std::vector<Bound> bound = {bind(first, readsTransmittance, input)};
+        cv::Size size = {bound[0].context.view.width, bound[0].context.view.height};
+        cv::Mat output = mayWorkInPlace(first) ? input : pool_.take(size, CV_32FC4);
+        bound[0].context.output = output;
+        for (size_t k = 1; k < group.size(); k++) {
+            bound.push_back(bind(*group[k], readsTransmittance, output));
+            bound[k].context.output = output;
+        }
+        try {
+            if (first.effect->header.pointwise)
+                runRows(bound, size);
+            else
+                first.effect->plugin->run(bound[0].params, bound[0].context);
+        } catch (const Error&) {
+            throw;
+        } catch (const std::exception& error) {
+            throw Error(ErrorKind::CheckFailed, text(first.id, ": the plugin failed: ", error.what()));
+        }
+        const cv::Mat& written = bound[0].context.output;
+        if (written.data != output.data || written.size() != size || written.type() != CV_32FC4)
+            throw Error(ErrorKind::CheckFailed, text(first.id, ": the plugin replaced its output image"));
+        images_[group.back()->output] = output;
+    }
+
+    // A pointwise step may overwrite its input unless another name, or the caller, still means that image.
+    bool mayWorkInPlace(const Step& step) const {
+        if (!step.effect->header.pointwise || step.input != step.output || readsBeside(step, step.output))
+            return false;
+        const uchar* data = images_.at(step.input).data;
+        auto holders =
+            std::count_if(images_.begin(), images_.end(), [&](auto& i) { return i.second.data == data; });
+        return holders == 1 && data != frame_->color.data;
+    }
+
+    // All steps of a group visit a few rows before moving on, so that the rows stay in cache.
+    static void runRows(const std::vector<Bound>& group, cv::Size size) {
+        const int cacheBytes = 256 << 10;
+        int chunk = group.size() == 1 ? size.height : std::max(1, cacheBytes / (size.width * 32));
+        auto band = [&](const cv::Range& rows) {
+            for (int begin = rows.start; begin < rows.end; begin += chunk)
+                for (const auto& bound : group)
+                    bound.step->effect->plugin->rows(bound.params, bound.context,
+                                                     cv::Range(begin, std::min(begin + chunk, rows.end)));
+        };
+        cv::parallel_for_(cv::Range(0, size.height), band, std::min(size.height, 4 * cv::getNumThreads()));
+    }
+
+    const FramePair* frame_ = nullptr;
+    std::map<std::string, cv::Mat> images_;
+    ImagePool pool_;
+    DerivedCache derived_;
+};
+
+}  // namespace
+
+std::unique_ptr<Runner> makeCpuRunner() { return std::make_unique<CpuRunner>(); }
+
+}  // namespace brume

@@ -1,0 +1,256 @@
+#include "effect/preset.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "effect/install_root.hpp"
+#include "error.hpp"
+#include "nearest_name.hpp"
+
+namespace brume {
+
+namespace fs = std::filesystem;
+using json = nlohmann::json;
+using ordered = nlohmann::ordered_json;
+
+static const std::vector<std::string> stepKeys = {"effect", "id", "input", "output", "enabled"};
+
+static Step makeStep(const std::shared_ptr<const Effect>& effect) {
+    Step step;
+    step.effect = effect;
+    step.id = effect->name();
+    step.values = defaultValues(effect->header.parameters);
+    return step;
+}
+
+static std::string textOf(const json& object, const char* key, const std::string& where) {
+    if (!object.at(key).is_string()) failUsage(where, ": '", key, "' must be text");
+    return object.at(key).get<std::string>();
+}
+
+static Step parseStep(const json& object, const std::string& where, const EffectRegistry& registry) {
+    if (!object.is_object() || !object.contains("effect"))
+        failUsage(where, ": each must be an object with an \"effect\"");
+    std::string name = textOf(object, "effect", where);
+    std::shared_ptr<const Effect> effect;
+    try {
+        effect = registry.find(name);
+    } catch (const Error& error) {
+        failUsage(where, ": ", error.what());
+    }
+    Step step = makeStep(effect);
+    auto known = stepKeys;
+    for (const auto& parameter : effect->header.parameters) known.push_back(parameter.name);
+    for (const auto& [key, item] : object.items()) {
+        if (key == "effect") continue;
+        if (key == "enabled") {
+            if (!item.is_boolean()) failUsage(where, ": 'enabled' must be true or false");
+            step.enabled = item.get<bool>();
+        } else if (key == "id") {
+            step.id = textOf(object, "id", where);
+        } else if (key == "input") {
+            step.input = textOf(object, "input", where);
+        } else if (key == "output") {
+            step.output = textOf(object, "output", where);
+        } else {
+            const Parameter* parameter = findParameter(effect->header.parameters, key);
+            if (!parameter)
+                failUsage(where, ": ", name, " has no parameter '", key, "'", suggestion(key, known));
+            step.values[key] = parseValue(*parameter, item, where + ": " + name);
+            step.given.insert(key);
+        }
+    }
+    return step;
+}
+
+// Ids must differ, or --set could not tell steps apart: the second depth_fog becomes depth_fog2.
+static void makeIdsDiffer(Chain& chain, const std::string& where) {
+    std::set<std::string> taken;
+    for (auto& step : chain.steps)
+        if (step.id != step.effect->name() && !taken.insert(step.id).second)
+            failUsage(where, ": two effects have the id '", step.id, "'");
+    for (auto& step : chain.steps) {
+        if (step.id != step.effect->name()) continue;
+        for (int k = 2; !taken.insert(step.id).second; k++) step.id = step.effect->name() + std::to_string(k);
+    }
+}
+
+// Every image that is read must have been written before, or come with every frame (or with this one's
+// capture).
+static void checkImages(const Chain& chain, const std::string& where) {
+    std::vector<std::string> known = {"color", "captured", "transmittance"};
+    for (const auto& step : chain.steps) {
+        for (const auto& parameter : step.effect->header.parameters) {
+            if (parameter.type != ParameterType::Image) continue;
+            std::string image = step.imageOf(parameter.name);
+            bool fromSidecar = !parameter.sidecar.empty() && !step.given.count(parameter.name);
+            if (!fromSidecar && std::find(known.begin(), known.end(), image) == known.end())
+                failUsage(where, ": ", step.id, " reads the image '", image,
+                          "', which no step before it writes", suggestion(image, known));
+        }
+        if (step.output == "captured" || step.output == "transmittance")
+            failUsage(where, ": ", step.id, " cannot write '", step.output, "'; name another output");
+        known.push_back(step.output);
+    }
+}
+
+static void parsePolicy(const json& preset, Chain& chain, const std::string& where) {
+    auto choose = [&](const char* key, const std::vector<std::string>& names) {
+        std::string word = textOf(preset, key, where);
+        auto found = std::find(names.begin(), names.end(), word);
+        if (found == names.end())
+            failUsage(where, ": ", key, ": no choice '", word, "'", suggestion(word, names));
+        return int(found - names.begin());
+    };
+    if (preset.contains("unknown"))
+        chain.policy.unknown = UnknownDepth(choose("unknown", {"fill", "far", "keep"}));
+    if (!preset.contains("sky")) return;
+    if (preset["sky"].is_number()) {
+        chain.policy.sky = SkyPolicy::AtDistance;
+        chain.policy.skyDistance = preset["sky"].get<double>();
+        if (!(chain.policy.skyDistance > 0) || !std::isfinite(chain.policy.skyDistance))
+            failUsage(where, ": sky: a distance must be a positive number of metres");
+    } else {
+        chain.policy.sky =
+            choose("sky", {"infinite", "untouched"}) ? SkyPolicy::Untouched : SkyPolicy::Infinite;
+    }
+}
+
+Chain parsePreset(const std::string& jsonText, const std::string& where, const EffectRegistry& registry) {
+    json preset;
+    try {
+        preset = json::parse(jsonText, nullptr, true, true);
+    } catch (const json::parse_error& error) {
+        int line = 1 + int(std::count(jsonText.begin(),
+                                      jsonText.begin() + std::min(error.byte, jsonText.size()), '\n'));
+        failUsage(where, ":", line, ": not JSON: ", error.what());
+    }
+    const std::vector<std::string> known = {"name", "description", "sky", "unknown", "effects"};
+    if (!preset.is_object()) failUsage(where, ": a preset is an object with \"effects\"");
+    for (const auto& [key, item] : preset.items())
+        if (std::find(known.begin(), known.end(), key) == known.end())
+            failUsage(where, ": unknown key '", key, "'", suggestion(key, known));
+    Chain chain;
+    chain.name = preset.contains("name") ? textOf(preset, "name", where) : fs::path(where).stem().string();
+    if (preset.contains("description")) chain.description = textOf(preset, "description", where);
+    parsePolicy(preset, chain, where);
+    if (!preset.contains("effects") || !preset["effects"].is_array())
+        failUsage(where, ": \"effects\" must be an array");
+    for (size_t k = 0; k < preset["effects"].size(); k++)
+        chain.steps.push_back(parseStep(preset["effects"][k], text(where, ": effects[", k, "]"), registry));
+    makeIdsDiffer(chain, where);
+    checkImages(chain, where);
+    return chain;
+}
+
+Chain readPreset(const std::string& pathOrName, const EffectRegistry& registry) {
+    std::string path = pathOrName;
+    bool isName = path.find('/') == std::string::npos && fs::path(path).extension().empty();
+    if (fs::path(path).extension() == ".fs" || (isName && !fs::exists(path))) {
+        auto shipped = shippedPresets();
+        auto found =
+            std::find_if(shipped.begin(), shipped.end(), [&](auto& p) { return p.first == pathOrName; });
+        auto effects = registry.names();
+        bool isEffect = !isName || std::find(effects.begin(), effects.end(), pathOrName) != effects.end();
+        if (found == shipped.end() && isEffect) {
+            Chain chain;
+            chain.steps.push_back(makeStep(registry.find(pathOrName)));
+            chain.name = chain.steps[0].id;
+            checkImages(chain, pathOrName);
+            return chain;
+        }
+        if (found == shipped.end()) {
+            for (const auto& [name, file] : shipped) effects.push_back(name);
+            failUsage("no preset or effect '", pathOrName, "'", suggestion(pathOrName, effects));
+        }
+        path = found->second;
+    }
+    std::error_code none;
+    auto size = fs::file_size(path, none);
+    if (none) failUsage(path, ": no such preset file (a shipped preset is named without path or ending)");
+    if (size > (4u << 20)) failUsage(path, ": a preset of ", size, " bytes; at most 4 MiB");
+    std::ifstream in(path, std::ios::binary);
+    return parsePreset(std::string((std::istreambuf_iterator<char>(in)), {}), path, registry);
+}
+
+std::string writePreset(const Chain& chain) {
+    ordered preset;
+    preset["name"] = chain.name;
+    if (!chain.description.empty()) preset["description"] = chain.description;
+    if (chain.policy.sky == SkyPolicy::AtDistance) preset["sky"] = chain.policy.skyDistance;
+    if (chain.policy.sky == SkyPolicy::Untouched) preset["sky"] = "untouched";
+    if (chain.policy.unknown == UnknownDepth::Far) preset["unknown"] = "far";
+    if (chain.policy.unknown == UnknownDepth::Keep) preset["unknown"] = "keep";
+    preset["effects"] = ordered::array();
+    for (const auto& step : chain.steps) {
+        ordered object;
+        const auto& header = step.effect->header;
+        bool shipped = fs::path(header.path).parent_path().filename() == header.name;
+        object["effect"] = shipped ? header.name : header.path;
+        if (step.id != header.name) object["id"] = step.id;
+        if (step.input != "color") object["input"] = step.input;
+        if (step.output != "color") object["output"] = step.output;
+        if (!step.enabled) object["enabled"] = false;
+        for (const auto& parameter : header.parameters) {
+            const auto& value = step.values.at(parameter.name);
+            bool isMain = parameter.name == header.mainImage();
+            if (!isMain && (step.given.count(parameter.name) || !(value == parameter.defaultValue)))
+                object[parameter.name] = ordered::parse(toJson(parameter, value).dump());
+        }
+        preset["effects"].push_back(object);
+    }
+    return preset.dump(2) + "\n";
+}
+
+void setParameter(Chain& chain, const std::string& path, const std::string& argument) {
+    std::smatch match;
+    static const std::regex form(R"(([^.\[\]]+)\.([^.\[\]]+)(\[(\d+)\]\.([^.\[\]]+))?)");
+    if (!std::regex_match(path, match, form))
+        failUsage("--set ", path, ": write effect.parameter=value or effect.list[0].field=value");
+    std::string id = match[1], name = match[2];
+    std::vector<std::string> ids, names;
+    Step* step = nullptr;
+    for (auto& candidate : chain.steps) {
+        ids.push_back(candidate.id);
+        if (candidate.id == id) step = &candidate;
+    }
+    if (!step) failUsage("--set ", path, ": the preset has no effect '", id, "'", suggestion(id, ids));
+    const auto& parameters = step->effect->header.parameters;
+    for (const auto& parameter : parameters) names.push_back(parameter.name);
+    const Parameter* parameter = findParameter(parameters, name);
+    if (!parameter)
+        failUsage("--set ", path, ": ", id, " has no parameter '", name, "'", suggestion(name, names));
+    step->given.insert(name);
+    if (!match[3].matched) {
+        step->values[name] = parseArgument(*parameter, argument, "--set " + id);
+        return;
+    }
+    if (parameter->type != ParameterType::List) failUsage("--set ", path, ": ", name, " is no list");
+    auto& rows = step->values[name].rows;
+    size_t row = match[4].length() > 6 ? size_t(-1) : std::stoul(match[4]);
+    if (row >= rows.size())
+        failUsage("--set ", path, ": the list has ", rows.size(), " rows, counted from 0");
+    names.clear();
+    for (const auto& field : parameter->fields) names.push_back(field.name);
+    const Parameter* field = findParameter(parameter->fields, match[5]);
+    if (!field)
+        failUsage("--set ", path, ": ", name, " has no field '", match[5].str(), "'",
+                  suggestion(match[5], names));
+    rows[row][field->name] = parseArgument(*field, argument, "--set " + id + "." + name);
+}
+
+std::vector<std::pair<std::string, std::string>> shippedPresets() {
+    std::vector<std::pair<std::string, std::string>> presets;
+    std::error_code none;
+    for (const auto& item : fs::directory_iterator(installRoot() + "/presets", none))
+        if (item.path().extension() == ".json")
+            presets.emplace_back(item.path().stem().string(), item.path().string());
+    std::sort(presets.begin(), presets.end());
+    return presets;
+}
+
+}  // namespace brume

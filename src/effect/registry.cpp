@@ -1,0 +1,121 @@
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <mutex>
+#include <sstream>
+
+#include "effect/effect.hpp"
+#include "effect/install_root.hpp"
+#include "error.hpp"
+#include "nearest_name.hpp"
+
+namespace brume {
+
+namespace fs = std::filesystem;
+
+std::string installRoot() {
+    Dl_info info{};
+    dladdr(reinterpret_cast<void*>(&installRoot), &info);
+    std::error_code none;
+    return (fs::canonical(info.dli_fname, none).parent_path() / "brume").string();
+}
+
+std::vector<std::string> EffectRegistry::standardFolders() {
+    std::vector<std::string> folders;
+    if (const char* path = std::getenv("BRUME_EFFECT_PATH")) {
+        std::stringstream list(path);
+        for (std::string folder; std::getline(list, folder, ':');)
+            if (!folder.empty()) folders.push_back(folder);
+    }
+    const char* data = std::getenv("XDG_DATA_HOME");
+    const char* home = std::getenv("HOME");
+    if (data && *data)
+        folders.push_back(std::string(data) + "/brume/effects");
+    else if (home)
+        folders.push_back(std::string(home) + "/.local/share/brume/effects");
+    folders.push_back(installRoot() + "/effects");
+    return folders;
+}
+
+const EffectRegistry& EffectRegistry::standard() {
+    static const EffectRegistry registry(standardFolders());
+    return registry;
+}
+
+// `<name>.fs` with `<name>.so` beside it, in a folder of its own or directly in the search folder.
+static std::string libraryBeside(const fs::path& file) {
+    auto library = fs::path(file).replace_extension(".so");
+    return fs::is_regular_file(library) ? library.string() : std::string();
+}
+
+static std::vector<std::string> includePathOf(const fs::path& file) {
+    auto own = file.parent_path();
+    std::vector<std::string> path = {own.string()};
+    for (const auto& root : {own.parent_path().parent_path() / "glsl", fs::path(installRoot()) / "glsl"})
+        if (fs::is_directory(root) && path.back() != root.string()) path.push_back(root.string());
+    return path;
+}
+
+EffectRegistry::EffectRegistry(const std::vector<std::string>& folders)
+    : mutex_(std::make_shared<std::mutex>()) {
+    auto add = [&](const fs::path& file) {
+        entries_.try_emplace(file.stem().string(),
+                             Entry{file.string(), libraryBeside(file), includePathOf(file)});
+    };
+    for (const auto& folder : folders) {
+        std::error_code none;
+        for (const auto& item : fs::directory_iterator(folder, none)) {
+            auto path = item.path();
+            if (path.extension() == ".fs" && item.is_regular_file()) add(path);
+            auto inside = path / (path.filename().string() + ".fs");
+            if (item.is_directory() && fs::is_regular_file(inside)) add(inside);
+        }
+    }
+}
+
+std::shared_ptr<const Effect> EffectRegistry::find(const std::string& nameOrPath) const {
+    bool isPath = fs::path(nameOrPath).extension() == ".fs" || nameOrPath.find('/') != std::string::npos;
+    if (isPath) {
+        fs::path file = nameOrPath;
+        if (fs::is_directory(file)) file /= fs::absolute(file).lexically_normal().filename().string() + ".fs";
+        return loadEffect(file.string(), libraryBeside(file), includePathOf(fs::absolute(file)));
+    }
+    auto entry = entries_.find(nameOrPath);
+    if (entry == entries_.end())
+        failUsage(
+            "no effect '", nameOrPath, "'", suggestion(nameOrPath, names()),
+            entries_.empty() ? "; no effects were found at all: set BRUME_EFFECT_PATH to their folder" : "");
+    std::lock_guard lock(*mutex_);
+    auto& effect = loaded_[nameOrPath];
+    if (effect) return effect;
+    if (auto reason = refused_.find(nameOrPath); reason != refused_.end()) failUsage(reason->second);
+    try {
+        effect = loadEffect(entry->second.fs, entry->second.library, entry->second.includePath);
+    } catch (const Error& error) {
+        refused_[nameOrPath] = error.what();
+        throw;
+    }
+    return effect;
+}
+
+std::vector<std::string> EffectRegistry::names() const {
+    std::vector<std::string> names;
+    for (const auto& [name, entry] : entries_) names.push_back(name);
+    return names;
+}
+
+std::map<std::string, std::string> EffectRegistry::refused() const {
+    std::map<std::string, std::string> reasons;
+    for (const auto& name : names()) {
+        try {
+            find(name);
+        } catch (const Error& error) {
+            reasons[name] = error.what();
+        }
+    }
+    return reasons;
+}
+
+}  // namespace brume

@@ -1,0 +1,181 @@
+#include "effect/runner.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "error.hpp"
+
+namespace brume {
+
+View viewFor(const FramePair& frame, cv::Size size) {
+    View view = View::of(frame.camera, size.width, size.height, frame.size().width, frame.size().height);
+    view.time = float(frame.time);
+    view.exactTime = frame.time;
+    view.frameIndex = frame.index;
+    view.seed = frame.seed;
+    return view;
+}
+
+DeriveContext deriveContextFor(const FramePair& frame, cv::Size size) {
+    DeriveContext context;
+    context.camera = frame.camera.resized(frame.size(), size);
+    context.size = size;
+    context.frameSize = frame.size();
+    context.time = frame.time;
+    context.frameIndex = frame.index;
+    context.seed = frame.seed;
+    context.extras = frame.extras;
+    return context;
+}
+
+// --- derived constants
+// ------------------------------------------------------------------------------------------------
+
+static void append(std::string& key, const double* numbers, size_t count) {
+    key.append(reinterpret_cast<const char*>(numbers), count * sizeof(double));
+}
+
+static void append(std::string& key, const ParameterValue& value) {
+    append(key, value.numbers.data(), value.numbers.size());
+    for (const auto& row : value.rows) {
+        key += '[';
+        for (const auto& [name, field] : row) append(key, field);
+    }
+}
+
+static std::string cacheKey(const Derived& derived, const Step& step, const DeriveContext& c) {
+    std::string key;
+    for (const auto& from : derived.from) {
+        key += from + '=';
+        if (from == "camera") {
+            const double intrinsics[] = {c.camera.fx, c.camera.fy, c.camera.cx, c.camera.cy};
+            append(key, intrinsics, 4);
+            append(key, c.camera.worldFromCamera.val, 16);
+        } else if (from == "size") {
+            const double sizes[] = {double(c.size.width), double(c.size.height), double(c.frameSize.width),
+                                    double(c.frameSize.height)};
+            append(key, sizes, 4);
+        } else if (from == "time") {
+            append(key, &c.time, 1);
+        } else if (from == "frame") {
+            const double numbers[] = {double(c.frameIndex), double(c.seed)};
+            append(key, numbers, 2);
+        } else if (from == "sidecar") {
+            key += c.extras ? c.extras->dump() : "";
+        } else {
+            append(key, step.values.at(from));
+        }
+    }
+    return key;
+}
+
+static size_t expectedCount(const Derived& derived, const std::map<std::string, double>& variables) {
+    switch (derived.type) {
+        case Derived::Type::Float:
+        case Derived::Type::Int:
+            return 1;
+        case Derived::Type::Vec2:
+            return 2;
+        case Derived::Type::Vec3:
+            return 3;
+        case Derived::Type::Vec4:
+            return 4;
+        case Derived::Type::Mat4:
+            return 16;
+        default:
+            break;
+    }
+    size_t count = derived.type == Derived::Type::Vec4Array ? 4 : 1;
+    for (const auto& size : derived.size) count *= evaluateSize(size, variables, 1);
+    return count;
+}
+
+const DerivedValues& DerivedCache::get(const Step& step, const PluginEffect::Params& params,
+                                       const DeriveContext& context) {
+    const EffectHeader& header = step.effect->header;
+    Entry& entry = entries_[step.id + '\n' + header.path];
+    for (const auto& derived : header.derived) {
+        std::string key = cacheKey(derived, step, context);
+        auto& known = entry.keys[derived.name];
+        if (known == key && entry.values.count(derived.name)) continue;
+        auto numbers = step.effect->plugin->derive(derived.name, params, context);
+        // Sizes of later tables may depend on whole numbers derived before them.
+        size_t expected = expectedCount(derived, passVariables(step, context.size, entry.values));
+        if (numbers.size() != expected)
+            throw Error(ErrorKind::CheckFailed,
+                        text(step.id, ": derive gave ", numbers.size(), " numbers for '", derived.name,
+                             "', its header says ", expected));
+        entry.values[derived.name].assign(numbers.begin(), numbers.end());
+        known = key;
+    }
+    return entry.values;
+}
+
+// --- sizes
+// --------------------------------------------------------------------------------------------------------------
+
+int evaluateSize(const SizeExpression& expression, const std::map<std::string, double>& variables,
+                 int otherwise) {
+    if (expression.empty()) return otherwise;
+    double size = expression.evaluate(variables);
+    if (!std::isfinite(size) || size > 1 << 24)
+        failUsage("size expression '", expression.source(), "' gives ", size,
+                  "; a size of at most 16777216 is needed");
+    return std::max(1, int(std::floor(size)));
+}
+
+std::map<std::string, double> passVariables(const Step& step, cv::Size size, const DerivedValues& derived) {
+    auto variables = expressionVariables(step.effect->header, step.values);
+    variables["WIDTH"] = size.width;
+    variables["HEIGHT"] = size.height;
+    for (const auto& constant : step.effect->header.derived) {
+        auto found = derived.find(constant.name);
+        if (constant.type == Derived::Type::Int && found != derived.end())
+            variables[constant.name] = found->second[0];
+    }
+    return variables;
+}
+
+cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& derived) {
+    const Pass& last = step.effect->header.passes.back();
+    if (last.width.empty() && last.height.empty()) return input;
+    auto variables = passVariables(step, input, derived);
+    return {evaluateSize(last.width, variables, input.width),
+            evaluateSize(last.height, variables, input.height)};
+}
+
+cv::Mat resampleNearest(const cv::Mat& image, cv::Size size) {
+    if (image.size() == size) return image;
+    cv::Mat result(size, image.type());
+    size_t bytes = image.elemSize();
+    for (int j = 0; j < size.height; j++) {
+        const uchar* from = image.ptr(int((2LL * j + 1) * image.rows / (2LL * size.height)));
+        uchar* to = result.ptr(j);
+        for (int i = 0; i < size.width; i++)
+            std::memcpy(to + i * bytes, from + (2LL * i + 1) * image.cols / (2LL * size.width) * bytes,
+                        bytes);
+    }
+    return result;
+}
+
+// --- the whole way
+// ------------------------------------------------------------------------------------------------------
+
+RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captured,
+                     const std::vector<std::string>& keep, std::vector<StepPlan>* decisions) {
+    ReadyFrame ready = resolveDepth(captured, chain.policy);
+    Chain planned =
+        planChain(withSidecar(chain, ready.frame), ready.frame, runner.backend(), keep, decisions);
+    RunResult result = runner.run(planned, ready.frame, keep);
+    if (ready.restore.empty()) return result;
+    auto& color = result.images.at("color");
+    if (color.size() != ready.frame.size()) return result;
+    if (color.data == ready.frame.color.data) color = color.clone();
+    cv::Mat none;
+    auto transmittance = result.images.find("transmittance");
+    restorePixels(ready, color, transmittance == result.images.end() ? none : transmittance->second);
+    return result;
+}
+
+}  // namespace brume

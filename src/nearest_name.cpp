@@ -1,0 +1,45 @@
+#include "nearest_name.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace brume {
+
+static size_t editDistance(const std::string& a, const std::string& b) {
+    std::vector<size_t> row(b.size() + 1);
+    for (size_t j = 0; j <= b.size(); j++) row[j] = j;
+    for (size_t i = 1; i <= a.size(); i++) {
+        size_t diagonal = row[0];
+        row[0] = i;
+        for (size_t j = 1; j <= b.size(); j++) {
+            size_t replaced = diagonal + (std::tolower(a[i - 1]) != std::tolower(b[j - 1]));
+            diagonal = row[j];
+            row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+        }
+    }
+    return row[b.size()];
+}
+
+std::string nearestName(const std::string& wrong, const std::vector<std::string>& candidates) {
+    if (wrong.size() > 200) return {};
+    std::string best;
+    size_t bestDistance = std::string::npos;
+    for (const auto& candidate : candidates) {
+        size_t distance = editDistance(wrong, candidate);
+        bool isPart = wrong.size() >= 3 && candidate.find(wrong) != std::string::npos;
+        if (isPart) distance = std::min(distance, wrong.size() / 2);
+        if (distance < bestDistance) bestDistance = distance, best = candidate;
+    }
+    return bestDistance <= std::max(wrong.size(), best.size()) / 2 ? best : std::string();
+}
+
+std::string suggestion(const std::string& wrong, const std::vector<std::string>& candidates) {
+    if (candidates.empty()) return {};
+    std::string near = nearestName(wrong, candidates);
+    if (!near.empty()) return " (did you mean '" + near + "'?)";
+    std::string list;
+    for (const auto& candidate : candidates) list += (list.empty() ? "" : ", ") + candidate;
+    return " (there are: " + list + ")";
+}
+
+}  // namespace brume

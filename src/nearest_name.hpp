@@ -1,0 +1,16 @@
+// "Did you mean ...": the nearest valid name for an error's sentence.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace brume {
+
+/// The candidate with the smallest edit distance, or empty if none is near (more than half the letters
+/// differ).
+std::string nearestName(const std::string& wrong, const std::vector<std::string>& candidates);
+
+/// " (did you mean 'x'?)", or " (there are: a, b, c)", or nothing if there are no candidates.
+std::string suggestion(const std::string& wrong, const std::vector<std::string>& candidates);
+
+}  // namespace brume
