@@ -1,0 +1,100 @@
+// blend: two images combined channel by channel; alpha is the first image's.
+//
+//   mix       a + s·(b - a)                     s = strength, at most 1 but for add
+//   add       a + s·b
+//   screen    a + s·(a ⊕ b - a), a ⊕ b = 1 - (1 - a)(1 - b), and max(a, b) where both exceed 1
+//   multiply  a + s·(a·b - a)
+//
+// Limits: s = 0 gives a to the bit, whatever b is; mix with s = 1 gives b to the bit.
+#include <algorithm>
+#include <cmath>
+
+#include "effect/kit/math.hpp"
+#include "effect/plugin.hpp"
+
+namespace {
+
+using namespace brume;
+
+enum Mode { mixMode, addMode, screenMode, multiplyMode };
+
+struct Blend {
+    int mode;
+    float strength;
+};
+
+template <int mode>
+BRUME_INLINE void blendRow(const float* in, const float* beside, float* out, int width, float strength) {
+    float share = std::min(strength, 1.0f), keep = 1.0f - share;
+    for (int i = 0; i < width; i++) {
+        for (int n = 0; n < 3; n++) {
+            float a = in[4 * i + n], b = beside[4 * i + n], result;
+            if constexpr (mode == mixMode) result = keep > 0.0f ? a * keep + b * share : b;
+            if constexpr (mode == addMode) result = a + b * strength;
+            if constexpr (mode == screenMode) {
+                float screened = std::min(a, b) > 1.0f ? std::max(a, b) : a + b * (1.0f - a);
+                result = a * keep + screened * share;
+            }
+            if constexpr (mode == multiplyMode) result = a * keep + a * b * share;
+            out[4 * i + n] = result;
+        }
+        out[4 * i + 3] = in[4 * i + 3];
+    }
+}
+
+BRUME_VECTORISE void rows(const Blend& p, const CpuContext& c, cv::Range range) {
+    const cv::Mat& second = c.image("second");
+    for (int j = range.start; j < range.end; j++) {
+        const float* in = c.input.ptr<float>(j);
+        const float* beside = second.ptr<float>(j);
+        float* out = const_cast<float*>(c.output.ptr<float>(j));
+        if (p.strength <= 0.0f)
+            std::copy(in, in + 4 * c.view.width, out);
+        else if (p.mode == mixMode)
+            blendRow<mixMode>(in, beside, out, c.view.width, p.strength);
+        else if (p.mode == addMode)
+            blendRow<addMode>(in, beside, out, c.view.width, p.strength);
+        else if (p.mode == screenMode)
+            blendRow<screenMode>(in, beside, out, c.view.width, p.strength);
+        else
+            blendRow<multiplyMode>(in, beside, out, c.view.width, p.strength);
+    }
+}
+
+ReferencePixel reference(const Blend& p, const ReferenceContext& c, cv::Point at) {
+    cv::Vec4f a = c.input.at<cv::Vec4f>(at), b = c.image("second").at<cv::Vec4f>(at);
+    double strength = p.strength, share = std::min(strength, 1.);
+    ReferencePixel pixel;
+    for (int n = 0; n < 3; n++) {
+        double x = a[n], y = b[n], blended = 0;
+        switch (p.mode) {
+            case mixMode:
+                blended = y;
+                break;
+            case addMode:
+                blended = x + y;
+                break;
+            case screenMode:
+                blended = x > 1 && y > 1 ? std::max(x, y) : 1 - (1 - x) * (1 - y);
+                break;
+            case multiplyMode:
+                blended = x * y;
+                break;
+        }
+        double s = p.mode == addMode ? strength : share;
+        pixel.color[n] = s == 0 ? x : (s == 1 ? blended : (1 - s) * x + s * blended);
+        if (p.mode == addMode) pixel.color[n] = s == 0 ? x : x + s * y;
+        for (double term : {x, s * y, x * y})
+            if (std::isfinite(term)) pixel.scale = std::max(pixel.scale, std::abs(term));
+    }
+    pixel.color[3] = a[3];
+    return pixel;
+}
+
+}  // namespace
+
+BRUME_PLUGIN(EffectOf<Blend>()
+                 .bind("mode", &Blend::mode)
+                 .bind("strength", &Blend::strength)
+                 .rows(rows)
+                 .reference(reference))

@@ -1,0 +1,39 @@
+/*{
+  "DESCRIPTION": "Combines the picture with a second image: mix, add, screen or multiply.",
+  "CATEGORIES": ["Utility"],
+  "ISFVSN": "2",
+  "SPACE": "linear",
+  "POINTWISE": true,
+  "INPUTS": [
+    {"NAME": "inputImage", "TYPE": "image"},
+    {"NAME": "second", "TYPE": "image", "DEFAULT": "captured", "LABEL": "Second image",
+     "HINT": "the name of an earlier step's output; \"captured\" is the frame as it came"},
+    {"NAME": "mode", "TYPE": "long", "VALUES": [0, 1, 2, 3], "LABELS": ["mix", "add", "screen", "multiply"],
+     "DEFAULT": 0, "LABEL": "Mode", "HINT": "screen is 1 - (1 - a)(1 - b), never darker than the larger of two values above 1"},
+    {"NAME": "strength", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 16, "UI_MAX": 1, "LABEL": "Strength",
+     "HINT": "0 leaves the picture as it is; above 1 only for add"}
+  ],
+  "TOLERANCE": {"ABS": 1e-6, "REL": 2e-5, "REFERENCE": 2e-6},
+  "BREAKS": ["screen of two values above 1 would turn down again: the larger of the two is taken there"]
+}*/
+#include "kit/image.glsl"
+
+vec3 screenOf(vec3 a, vec3 b) {
+    // 1 - (1 - a)(1 - b) falls again once both exceed 1.
+    bvec3 bright = greaterThan(min(a, b), vec3(1.0));
+    return mix(a + b * (1.0 - a), max(a, b), bright);
+}
+
+void main() {
+    ivec2 p = pixel();
+    vec4 a = fetch(inputImage, p);
+    vec3 b = fetch(second, p).rgb;
+    vec3 combined = a.rgb;
+    float share = min(strength, 1.0);
+    if (strength <= 0.0) combined = a.rgb;
+    else if (mode == mode_add) combined = a.rgb + b * strength;
+    else if (mode == mode_mix) combined = share < 1.0 ? a.rgb * (1.0 - share) + b * share : b;
+    else if (mode == mode_screen) combined = a.rgb * (1.0 - share) + screenOf(a.rgb, b) * share;
+    else combined = a.rgb * (1.0 - share) + a.rgb * b * share;
+    store(vec4(combined, a.a));
+}

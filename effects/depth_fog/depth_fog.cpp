@@ -1,0 +1,464 @@
+// depth_fog: homogeneous fog (MODELS.md §1).
+//
+//   out = C·T + A·(1 - T) per channel; T = exp(-τ), alpha passes through
+//   exponential          τ = β·x           x = max(0, min(L, cutoff) - start), L the distance along the ray,
+//   m exponential squared  τ = (β·x)²        β = -ln(.05)/V or 3.912/V or given, times the tint, 1/m linear
+//   (P4)          1 - T = clamp(sat(l - start)·curve, 0, max), l = sat((Z - near)/(far - near)) power (P1 eqs
+//   2, 3)  1 - T = min((x/distance)^exponent, max); P1 prints max where its listing clamps sun (P1 eqs 5-8)
+//   A += A_sun·max(0, d·s)^exponent, or A_sun·HG(d·s)
+//
+// Limits: β = 0 gives T = 1 even at sky; T = 0 gives A even for C = inf; sky is τ = ∞ unless cut off.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "effect/kit/math.hpp"
+#include "effect/plugin.hpp"
+
+namespace {
+
+using namespace brume;
+
+enum Model { exponential, exponentialSquared, linear, power };
+enum Sun { noSun, powerSun, henyeyGreenstein };
+
+struct DepthFog {
+    int model, measure, distanceAlong, sun, mixing;
+    float visibility, extinction, maxOpacity, start, cutoff;
+    cv::Vec3f tint, color, sunDirection, sunColor;
+    float near, far, linearStart, curve, powerDistance, powerExponent;
+    float sunExponent, sunAnisotropy, sunOffset;
+};
+
+// --- derived constants, fp64
+// ------------------------------------------------------------------------------------------
+
+std::vector<double> beta(const DepthFog& p, const DeriveContext&) {
+    const double contrast[] = {-std::log(.05), -std::log(.02)};
+    double extinction = p.measure == 2 ? double(p.extinction) : contrast[p.measure] / p.visibility;
+    return {extinction * p.tint[0], extinction * p.tint[1], extinction * p.tint[2]};
+}
+
+std::vector<double> depthScale(const DepthFog& p, const DeriveContext&) {
+    double range = double(p.far) - p.near;
+    return {range > 0 ? std::min(1 / range, 1e30) : 1e30};  // no range: a step at near
+}
+
+std::vector<double> inverseDistance(const DepthFog& p, const DeriveContext&) {
+    return {1. / p.powerDistance};
+}
+
+std::vector<double> toSun(const DepthFog& p, const DeriveContext&) {
+    cv::Vec3d s(p.sunDirection);
+    double length = cv::norm(s);
+    if (length == 0) return {0, 0, 0};
+    return {s[0] / length, s[1] / length, s[2] / length};
+}
+
+std::vector<double> sunLight(const DepthFog& p, const DeriveContext&) {
+    double g = p.sunAnisotropy;
+    double factor = p.sun == henyeyGreenstein ? (1 - g * g) / (4 * CV_PI) : 1;
+    if (cv::norm(p.sunDirection) == 0) factor = 0;
+    return {factor * p.sunColor[0], factor * p.sunColor[1], factor * p.sunColor[2]};
+}
+
+// --- CPU
+// --------------------------------------------------------------------------------------------------------------
+
+constexpr int tile = 256;  // px: the working set of a tile stays in L1
+
+// fp32 constants of one call.
+struct Constants {
+    float beta[3];
+    float toSun[3], sunLight[3];
+    float depthScale, inverseDistance, cutoff;
+    bool oneBeta;
+};
+
+Constants constantsOf(const DepthFog& p, const CpuContext& c) {
+    Constants k{};
+    for (int n = 0; n < 3; n++) {
+        k.beta[n] = c.derived("beta")[n];
+        k.toSun[n] = c.derived("toSun")[n];
+        k.sunLight[n] = c.derived("sunLight")[n];
+    }
+    k.depthScale = c.derived("depthScale")[0];
+    k.inverseDistance = c.derived("inverseDistance")[0];
+    k.cutoff = p.cutoff > 0 ? p.cutoff : HUGE_VALF;
+    k.oneBeta = k.beta[0] == k.beta[1] && k.beta[1] == k.beta[2];
+    return k;
+}
+
+// 1. Distance travelled in fog; finite even for sky, so that no product meets 0·inf.
+BRUME_INLINE float fogDistance(float distance, float start, float cutoff) {
+    float x = std::min(distance, cutoff) - start;
+    x = x > 0.0f ? x : 0.0f;
+    return x < 3.0e38f ? x : 3.0e38f;
+}
+
+BRUME_INLINE Extinction limited(Extinction e, float maxOpacity) {
+    bool over = e.opacity > maxOpacity;
+    return {over ? 1.0f - maxOpacity : e.transmittance, over ? maxOpacity : e.opacity};
+}
+
+struct Tile {
+    float distance[tile];          // L, m
+    float transmittance[3][tile];  // one channel where they agree
+    float opacity[3][tile];
+    float airlight[3][tile];  // with the sun, where there is one
+};
+
+template <int model>
+BRUME_INLINE void fogChannel(const DepthFog& p, const Constants& k, float beta, const float* depth,
+                             const float* along, int count, float* transmittance, float* opacity) {
+    const float near = p.near, linearStart = p.linearStart, curve = p.curve, maxOpacity = p.maxOpacity;
+    const float start = p.start, exponent = p.powerExponent;
+    const float depthScale = k.depthScale, inverseDistance = k.inverseDistance, cutoff = k.cutoff;
+    for (int i = 0; i < count; i++) {
+        Extinction e;
+        if constexpr (model == linear) {
+            float l = std::min(std::max((depth[i] - near) * depthScale, 0.0f), 1.0f);
+            float s = std::max(l - linearStart, 0.0f) * curve;
+            e.opacity = std::min(s, maxOpacity);
+            e.transmittance = 1.0f - e.opacity;
+        } else if constexpr (model == power) {
+            float u = fogDistance(along[i], start, cutoff) * inverseDistance;
+            e.opacity = std::min(powFast(u, exponent), maxOpacity);
+            e.transmittance = 1.0f - e.opacity;
+        } else {
+            float opticalDepth = beta * fogDistance(along[i], start, cutoff);
+            if constexpr (model == exponentialSquared) opticalDepth = opticalDepth * opticalDepth;
+            e = limited(extinctionOf(opticalDepth), maxOpacity);
+        }
+        transmittance[i] = e.transmittance;
+        opacity[i] = e.opacity;
+    }
+}
+
+// 2, 3. Distance, then transmittance and opacity, of one tile.
+template <int model>
+BRUME_INLINE void fogTile(const DepthFog& p, const Constants& k, const View& v, const float* depth, int i0,
+                          float y, int count, Tile& t) {
+    float originX = v.originX, inverseFx = v.inverseFx;
+    if (p.distanceAlong == 0) {
+        for (int i = 0; i < count; i++) {
+            float x = (float(i0 + i) + originX) * inverseFx;
+            t.distance[i] = depth[i] * View::rayLength(x, y);
+        }
+    } else {
+        for (int i = 0; i < count; i++) t.distance[i] = depth[i];
+    }
+    int channels = (model == linear || model == power || k.oneBeta) ? 1 : 3;
+    for (int n = 0; n < channels; n++)
+        fogChannel<model>(p, k, k.beta[n], depth, t.distance, count, t.transmittance[n], t.opacity[n]);
+}
+
+// 4. Airlight with the sun's lobe. Everything read in a loop is a local copy: a store to the tile might
+// otherwise change it, for all the compiler knows.
+BRUME_INLINE void airlightTile(const DepthFog& p, const Constants& k, const View& v, const float* depth,
+                               int i0, float y, int count, Tile& t) {
+    const cv::Matx33f r = v.worldFromView;
+    const float offset = p.sunOffset, exponent = p.sunExponent, g = p.sunAnisotropy;
+    const float sx = k.toSun[0], sy = k.toSun[1], sz = k.toSun[2];
+    const float originX = v.originX, inverseFx = v.inverseFx;
+    float dx[tile], dy[tile], dz[tile], lobe[tile];
+    for (int i = 0; i < count; i++) {
+        float x = (float(i0 + i) + originX) * inverseFx;
+        float unit = 1.0f / View::rayLength(x, y);
+        dx[i] = (r(0, 0) * x + r(0, 1) * y - r(0, 2)) * unit;
+        dy[i] = (r(1, 0) * x + r(1, 1) * y - r(1, 2)) * unit;
+        dz[i] = (r(2, 0) * x + r(2, 1) * y - r(2, 2)) * unit;
+    }
+    for (int i = 0; i < count && offset > 0; i++) {
+        float x = (float(i0 + i) + originX) * inverseFx;
+        float along =
+            std::min(depth[i] * View::rayLength(x, y), 1e15f);  // from there on the offset is nothing
+        float ox = dx[i] * along + offset, oy = dy[i] * along + offset, oz = dz[i] * along + offset;
+        float unit = 1.0f / std::sqrt(ox * ox + oy * oy + oz * oz);
+        dx[i] = ox * unit, dy[i] = oy * unit, dz[i] = oz * unit;
+    }
+    if (p.sun == powerSun) {
+        for (int i = 0; i < count; i++) {
+            float cosine = dx[i] * sx + dy[i] * sy + dz[i] * sz;
+            lobe[i] = powFast(cosine > 0.0f ? cosine : 0.0f, exponent);
+        }
+    } else {
+        // Henyey-Greenstein by the distance of two unit vectors, which does not cancel in the forward peak.
+        for (int i = 0; i < count; i++) {
+            float ax = dx[i] - sx, ay = dy[i] - sy, az = dz[i] - sz;
+            float denominator = (1 - g) * (1 - g) + g * (ax * ax + ay * ay + az * az);
+            lobe[i] = 1.0f / (denominator * std::sqrt(denominator));
+        }
+    }
+    for (int n = 0; n < 3; n++) {
+        const float fog = p.color[n], light = k.sunLight[n];
+        float* airlight = t.airlight[n];
+        for (int i = 0; i < count; i++) airlight[i] = fog + light * lobe[i];
+    }
+}
+
+typedef float Pixel __attribute__((vector_size(16), aligned(4)));
+typedef int PixelMask __attribute__((vector_size(16)));
+
+// 5. Composite of the plain case: one airlight, mixed in linear light; a pixel's four channels are one
+// vector.
+BRUME_INLINE void compositePlain(const DepthFog& p, const float* tr, const float* tg, const float* tb,
+                                 const float* ar, const float* ag, const float* ab, const float* in,
+                                 float* out, int count) {
+    const Pixel fog = {p.color[0], p.color[1], p.color[2], 0};
+    for (int i = 0; i < count; i++) {
+        Pixel transmittance = {tr[i], tg[i], tb[i], 1};
+        Pixel opacity = {ar[i], ag[i], ab[i], 0};
+        Pixel scene = *reinterpret_cast<const Pixel*>(in + 4 * i);
+        PixelMask visible =
+            transmittance > 0.0f;  // nothing of the scene is left where not: not even infinity
+        scene = reinterpret_cast<Pixel>(reinterpret_cast<PixelMask>(scene) & visible);
+        *reinterpret_cast<Pixel*>(out + 4 * i) = scene * transmittance + fog * opacity;
+    }
+}
+
+// The same with an airlight that varies, or in encoded values: channel by channel, in planes.
+BRUME_INLINE void compositePlanes(const DepthFog& p, const Tile& t, bool oneChannel, const float* in,
+                                  float* out, int count) {
+    for (int i = 0; i < count; i++) out[4 * i + 3] = in[4 * i + 3];
+    for (int n = 0; n < 3; n++) {
+        const float* transmittance = t.transmittance[oneChannel ? 0 : n];
+        const float* opacity = t.opacity[oneChannel ? 0 : n];
+        float scene[tile], airlight[tile], mixed[tile];
+        for (int i = 0; i < count; i++) scene[i] = in[4 * i + n];
+        for (int i = 0; i < count; i++) airlight[i] = p.sun == noSun ? p.color[n] : t.airlight[n][i];
+        if (p.mixing == 1) {
+            for (int i = 0; i < count; i++)
+                mixed[i] =
+                    attenuated(encodeSrgb(scene[i]), transmittance[i]) + encodeSrgb(airlight[i]) * opacity[i];
+            for (int i = 0; i < count; i++) mixed[i] = decodeSrgb(mixed[i]);
+        } else {
+            for (int i = 0; i < count; i++)
+                mixed[i] = attenuated(scene[i], transmittance[i]) + airlight[i] * opacity[i];
+        }
+        for (int i = 0; i < count; i++) out[4 * i + n] = mixed[i];
+    }
+}
+
+BRUME_INLINE void writeTransmittance(const Tile& t, bool oneChannel, float* transmittance, int count) {
+    for (int i = 0; i < count; i++)
+        for (int n = 0; n < 3; n++) transmittance[4 * i + n] *= t.transmittance[oneChannel ? 0 : n][i];
+}
+
+template <int model>
+BRUME_INLINE void fogRow(const DepthFog& p, const Constants& k, const CpuContext& c, int j) {
+    const float* depth = c.depth.ptr<float>(j);
+    const float* in = c.input.ptr<float>(j);
+    float* out = const_cast<float*>(c.output.ptr<float>(j));
+    float y = c.view.rayY(j);
+    bool one = model == linear || model == power || k.oneBeta;
+    Tile t;
+    for (int i0 = 0; i0 < c.view.width; i0 += tile) {
+        int count = std::min(tile, c.view.width - i0);
+        const float* from = in + 4 * i0;
+        float* to = out + 4 * i0;
+        fogTile<model>(p, k, c.view, depth + i0, i0, y, count, t);
+        if (p.sun != noSun) airlightTile(p, k, c.view, depth + i0, i0, y, count, t);
+        const auto &T = t.transmittance, &a = t.opacity;
+        if (p.sun != noSun || p.mixing == 1)
+            compositePlanes(p, t, one, from, to, count);
+        else if (one)
+            compositePlain(p, T[0], T[0], T[0], a[0], a[0], a[0], from, to, count);
+        else
+            compositePlain(p, T[0], T[1], T[2], a[0], a[1], a[2], from, to, count);
+        if (!c.transmittance.empty())
+            writeTransmittance(t, one, const_cast<float*>(c.transmittance.ptr<float>(j)) + 4 * i0, count);
+    }
+}
+
+BRUME_VECTORISE void rows(const DepthFog& p, const CpuContext& c, cv::Range range) {
+    Constants k = constantsOf(p, c);
+    for (int j = range.start; j < range.end; j++) {
+        if (p.model == exponential)
+            fogRow<exponential>(p, k, c, j);
+        else if (p.model == exponentialSquared)
+            fogRow<exponentialSquared>(p, k, c, j);
+        else if (p.model == linear)
+            fogRow<linear>(p, k, c, j);
+        else
+            fogRow<power>(p, k, c, j);
+    }
+}
+
+// --- reference, fp64
+// --------------------------------------------------------------------------------------------------
+
+double srgb(double x) {
+    double a = std::abs(x);
+    return std::copysign(a <= .0031308 ? 12.92 * a : 1.055 * std::pow(a, 1 / 2.4) - .055, x);
+}
+double linearOf(double x) {
+    double a = std::abs(x);
+    return std::copysign(a <= .04045 ? a / 12.92 : std::pow((a + .055) / 1.055, 2.4), x);
+}
+
+// Everything from the one intermediate that fp32 must round, the distance, and the sun's cosine.
+struct Truth {
+    cv::Vec3d color, transmittance;
+};
+Truth fogTruth(const DepthFog& p, const cv::Vec4f& scene, double planar, double distance, double cosine) {
+    Truth truth;
+    double x = std::max(0., (p.cutoff > 0 ? std::min(distance, double(p.cutoff)) : distance) - p.start);
+    for (int n = 0; n < 3; n++) {
+        double opacity, transmittance;
+        if (p.model == linear) {
+            double l = p.far > p.near    ? (planar - p.near) / (double(p.far) - p.near)
+                       : planar > p.near ? 1
+                                         : 0;
+            l = std::clamp(l, 0., 1.);
+            opacity = std::clamp(std::clamp(l - p.linearStart, 0., 1.) * p.curve, 0., double(p.maxOpacity));
+            transmittance = 1 - opacity;
+        } else if (p.model == power) {
+            double u = x / p.powerDistance;
+            opacity = std::min(u > 0 ? std::pow(u, double(p.powerExponent)) : 0., double(p.maxOpacity));
+            transmittance = 1 - opacity;
+        } else {
+            double contrast = p.measure == 0 ? .05 : .02;
+            double extinction = p.measure == 2 ? double(p.extinction) : -std::log(contrast) / p.visibility;
+            extinction *= p.tint[n];
+            double depth = extinction == 0 ? 0 : extinction * x;
+            if (p.model == exponentialSquared) depth *= depth;
+            opacity = -std::expm1(-depth);
+            transmittance = std::exp(-depth);
+            if (opacity > p.maxOpacity) opacity = p.maxOpacity, transmittance = 1 - opacity;
+        }
+        double airlight = p.color[n];
+        if (p.sun == powerSun && cv::norm(p.sunDirection) > 0)
+            airlight += p.sunColor[n] * (cosine > 0 ? std::pow(cosine, double(p.sunExponent)) : 0);
+        if (p.sun == henyeyGreenstein && cv::norm(p.sunDirection) > 0) {
+            double g = p.sunAnisotropy;
+            airlight += p.sunColor[n] * (1 - g * g) / (4 * CV_PI * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+        }
+        double left = scene[n];
+        if (p.mixing == 1) left = srgb(left), airlight = srgb(airlight);
+        double mixed = (transmittance > 1e-37 ? left * transmittance : 0) + airlight * opacity;
+        truth.color[n] = p.mixing == 1 ? linearOf(mixed) : mixed;
+        truth.transmittance[n] = transmittance;
+    }
+    return truth;
+}
+
+ReferencePixel reference(const DepthFog& p, const ReferenceContext& c, cv::Point at) {
+    cv::Vec4f scene = c.input.at<cv::Vec4f>(at);
+    double planar = c.depth.at<float>(at);
+    cv::Vec3d ray = c.camera.ray(at.x, at.y);
+    double alongRay = planar * cv::norm(ray);
+    double distance = p.distanceAlong == 0 ? alongRay : planar;
+
+    const auto& m = c.camera.worldFromCamera;
+    cv::Vec3d direction;
+    for (int n = 0; n < 3; n++)
+        direction[n] = (m(n, 0) * ray[0] + m(n, 1) * ray[1] + m(n, 2) * ray[2]) / cv::norm(ray);
+    if (p.sunOffset > 0 && std::isfinite(alongRay)) {
+        direction = direction * alongRay + cv::Vec3d::all(p.sunOffset);
+        direction /= cv::norm(direction);
+    }
+    cv::Vec3d toSun(p.sunDirection);
+    double cosine = cv::norm(toSun) > 0 ? direction.dot(toSun) / cv::norm(toSun) : 0;
+
+    Truth truth = fogTruth(p, scene, planar, distance, cosine);
+    ReferencePixel pixel;
+    double largest = 1;
+    for (int n = 0; n < 3; n++) {
+        pixel.color[n] = truth.color[n];
+        pixel.transmittance[n] = truth.transmittance[n];
+        double airlight = p.color[n] + (p.sun == noSun ? 0 : std::abs(truth.color[n]));
+        largest = std::max({largest, std::abs(double(scene[n])), airlight});
+    }
+    pixel.color[3] = scene[3];
+    pixel.scale = std::isfinite(largest) ? largest : 1;
+
+    // 4 ulp of the distance (of its larger operand, before the start is subtracted) and of the cosine.
+    const double epsilon = std::numeric_limits<float>::epsilon();
+    double distanceUlps = 4 * epsilon * std::max(std::isfinite(distance) ? distance : 0., double(p.start));
+    double planarUlps = 4 * epsilon * std::max(std::isfinite(planar) ? planar : 0., double(p.near));
+    for (int sign : {-1, 1}) {
+        Truth nearby = fogTruth(p, scene, planar + sign * planarUlps, distance + sign * distanceUlps, cosine);
+        Truth turned = fogTruth(p, scene, planar, distance, cosine + sign * 4 * epsilon);
+        for (int n = 0; n < 3; n++) {
+            for (double difference : {nearby.color[n] - truth.color[n], turned.color[n] - truth.color[n],
+                                      nearby.transmittance[n] - truth.transmittance[n]})
+                if (std::isfinite(difference))
+                    pixel.allowance = std::max(pixel.allowance, std::abs(difference));
+        }
+    }
+    return pixel;
+}
+
+// --- plan
+// -------------------------------------------------------------------------------------------------------------
+
+Plan plan(const DepthFog& p, const PlanInput& in) {
+    double airlight = 0;
+    for (int n = 0; n < 3; n++) airlight = std::max(airlight, double(p.color[n]));
+    if (p.sun == powerSun) airlight += std::max({p.sunColor[0], p.sunColor[1], p.sunColor[2]});
+    if (p.sun == henyeyGreenstein) {
+        double g = std::abs(p.sunAnisotropy);
+        airlight += (1 + g) / ((1 - g) * (1 - g)) / (4 * CV_PI) *
+                    std::max({p.sunColor[0], p.sunColor[1], p.sunColor[2]});
+    }
+    double farthest = in.frame.skyShare > 0 ? HUGE_VAL : in.frame.maxDistance;
+    Truth truth = fogTruth(p, {}, farthest, farthest, 0);
+    double opacity = 0;
+    for (int n = 0; n < 3; n++) opacity = std::max(opacity, 1 - truth.transmittance[n]);
+
+    Plan plan;
+    plan.maxOutput = std::max(in.maxInput, airlight);
+    plan.predictedCost = 1.3;
+    const double steepest = 12.92;  // of the sRGB curve
+    double change = opacity * std::max(1., plan.maxOutput) * steepest;
+    if (!in.transmittanceIsRead && change <= in.tolerance) {
+        plan.skip = true;
+        plan.predictedError = change;
+        plan.predictedCost = 0;
+        plan.maxOutput = in.maxInput;
+        plan.why = "skipped: even the farthest surface changes by less than the tolerance";
+    } else {
+        plan.why = "one closed form, nothing cheaper";
+    }
+    return plan;
+}
+
+auto effect() {
+    return EffectOf<DepthFog>()
+        .bind("model", &DepthFog::model)
+        .bind("measure", &DepthFog::measure)
+        .bind("visibility", &DepthFog::visibility)
+        .bind("extinction", &DepthFog::extinction)
+        .bind("tint", &DepthFog::tint)
+        .bind("color", &DepthFog::color)
+        .bind("max_opacity", &DepthFog::maxOpacity)
+        .bind("distance_along", &DepthFog::distanceAlong)
+        .bind("start", &DepthFog::start)
+        .bind("cutoff", &DepthFog::cutoff)
+        .bind("near", &DepthFog::near)
+        .bind("far", &DepthFog::far)
+        .bind("linear_start", &DepthFog::linearStart)
+        .bind("curve", &DepthFog::curve)
+        .bind("power_distance", &DepthFog::powerDistance)
+        .bind("power_exponent", &DepthFog::powerExponent)
+        .bind("sun", &DepthFog::sun)
+        .bind("sun_direction", &DepthFog::sunDirection)
+        .bind("sun_color", &DepthFog::sunColor)
+        .bind("sun_exponent", &DepthFog::sunExponent)
+        .bind("sun_anisotropy", &DepthFog::sunAnisotropy)
+        .bind("sun_offset", &DepthFog::sunOffset)
+        .bind("mixing", &DepthFog::mixing)
+        .derive("beta", beta)
+        .derive("depthScale", depthScale)
+        .derive("inverseDistance", inverseDistance)
+        .derive("toSun", toSun)
+        .derive("sunLight", sunLight)
+        .rows(rows)
+        .reference(reference)
+        .plan(plan);
+}
+
+}  // namespace
+
+BRUME_PLUGIN(effect())
