@@ -1,6 +1,7 @@
 // How a depth file's numbers become planar view Z in metres (MODELS.md §0).
 #pragma once
 
+#include <limits>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
@@ -9,24 +10,51 @@
 
 namespace brume {
 
+/// What a stored number v means. All arithmetic is fp64; classes come first: NaN and the values in `unknown`
+/// are unknown, then sky, then the formula.
 struct DepthEncoding {
-    enum class Kind { Linear, Device };
-    Kind kind = Kind::Linear;
-    double scaleToMetres = 1;           ///< Linear: stored × scale = metres
-    double nearPlane = .1;              ///< Device: stored units
-    double farPlane = 1000;             ///< Device: stored units; +inf for an infinite far plane
-    double rangeMin = 0, rangeMax = 1;  ///< Device: stored values at the near and far plane's δ = 0, 1
-    bool reversed = false;              ///< Device: δ = 1 at the near plane
-    double metresPerUnit = 1;           ///< Device
-    bool alongRay = false;              ///< stored distance is along the ray, not planar
-    double skyAtOrAbove = 1e9;          ///< Linear: such values (before scaling) are sky
-    bool zeroIsSky = false;             ///< Linear: 0 of a rendered Z channel
-    std::vector<double> unknown;        ///< Linear: stored values that mean "not known"
+    enum class Kind {
+        Linear,     ///< Z = v·scaleToMetres
+        Device,     ///< a depth buffer: δ = (v - rangeMin)/(rangeMax - rangeMin), Z from near and far plane
+        Reshade,    ///< δ/(F - δ(F - 1)), F = reshadeFar: undone, then as Device
+        Disparity,  ///< Z = focalBaseline/(v·disparityScale + disparityOffset)
+        Inverse,    ///< Z = 1/(v·disparityScale + disparityOffset)
+    };
+    static constexpr double infinity = std::numeric_limits<double>::infinity();
 
+    Kind kind = Kind::Linear;
+    double scaleToMetres = 1;
+    double nearPlane = .1;              ///< Device, Reshade: in stored units
+    double farPlane = 1000;             ///< Device, Reshade: in stored units; +inf for an infinite far plane
+    double metresPerUnit = 1;           ///< Device, Reshade
+    bool reversed = false;              ///< Device, Reshade: δ = 1 at the near plane
+    double rangeMin = 0, rangeMax = 1;  ///< Device: the numbers stored for δ = 0 and δ = 1
+    double reshadeFar = 1000;           ///< Reshade: RESHADE_DEPTH_LINEARIZATION_FAR_PLANE
+    double focalBaseline = 1;           ///< Disparity: px·m
+    double disparityScale = 1;          ///< Disparity, Inverse: px (1/m) per stored number
+    double disparityOffset = 0;         ///< Disparity, Inverse: px (1/m)
+    bool alongRay = false;              ///< the distance is along the ray, not planar
+    double skyAtOrAbove = 1e9;          ///< Linear: such stored numbers are sky
+    double skyBeyond = infinity;        ///< m: whatever decodes to this or more is sky
+    bool zeroIsSky = false;             ///< Linear: 0 is sky (a renderer's Z), not unknown (a sensor's)
+    std::vector<double> unknown;        ///< stored numbers that mean "not known"; may hold +inf
+
+    /// "OpenGL-like device depth, near .1 m, far 70 m": for messages.
     std::string describe() const;
+    bool operator==(const DepthEncoding&) const = default;
 };
 
-/// Planar Z in metres of a stored CV_32F image: +inf sky, NaN unknown, otherwise finite and ≥ 0.
+/// Planar Z in metres of a stored CV_8U, CV_16U or CV_32F image: +inf sky, NaN unknown, otherwise finite and
+/// > 0. Zero and negative distances never mean near: they are unknown (or sky, see zeroIsSky).
 cv::Mat decodeDepth(const cv::Mat& stored, const DepthEncoding& encoding, const Camera& camera);
+
+/// The number that decodes to planar depth `z` (m), in fp64; +inf gives the encoding's number for sky. For
+/// tests and for making captures.
+double encodeDepth(double z, const DepthEncoding& encoding);
+
+/// The ready-made encodings: blender, tum, kitti, sintel, middlebury, realsense, opengl, direct3d, reshade, ...
+/// Throws Error (Usage) with the nearest name.
+DepthEncoding depthEncodingNamed(const std::string& name);
+std::vector<std::string> depthEncodingNames();
 
 }  // namespace brume

@@ -1,0 +1,42 @@
+// One image file as stored: what every format's reader gives, and how a format is told.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace brume {
+
+struct StoredImage {
+    cv::Mat pixels;  ///< CV_8U, CV_16U or CV_32F, 1 to 4 channels: grey, grey + alpha, RGB, RGBA
+    bool premultiplied = false;
+    std::optional<bool> srgb;  ///< the transfer curve, where the format or the file states it
+};
+
+enum class FileFormat { Unknown, Exr, Png, Jpeg, Tiff, Hdr, Pfm, Npy, Dpt };
+
+/// By the first bytes, whatever the name ends in. Throws Error (Io): missing, a folder, not permitted, empty.
+FileFormat formatOf(const std::string& path);
+
+/// Any format but EXR's layers: an EXR gives its main colour, or its only channel. Throws Error (Io) naming
+/// the file and the reason, before memory is taken where the header asks for more than maxPixels.
+StoredImage loadImage(const std::string& path, size_t maxPixels);
+
+/// "FILE: declares 46340 × 46340 pixels, more than the limit of N" unless 1 ≤ width·height ≤ maxPixels.
+void requireSize(const std::string& path, int64_t width, int64_t height, size_t maxPixels);
+
+// One reader a family; loadImage chooses.
+StoredImage loadPng(const std::string& path, size_t maxPixels);
+StoredImage loadNpy(const std::string& path, size_t maxPixels);
+StoredImage loadPfm(const std::string& path, size_t maxPixels);
+StoredImage loadDpt(const std::string& path, size_t maxPixels);
+StoredImage loadExr(const std::string& path, size_t maxPixels);
+StoredImage loadThroughOpenImageIo(const std::string& path, size_t maxPixels);
+
+/// The whole file, at most `limit` bytes. Throws Error (Io).
+std::vector<unsigned char> readBytes(const std::string& path, size_t limit = SIZE_MAX);
+
+}  // namespace brume
