@@ -6,10 +6,10 @@ namespace brume {
 
 cv::Matx44d Camera::standing(double height, double pitchDegrees) {
     const double pitch = pitchDegrees * CV_PI / 180, c = std::cos(pitch), s = std::sin(pitch);
-    return {1, 0, 0, 0,       //
+    return {1, 0, 0,  0,       //
             0, c, -s, height,  //
-            0, s, c, 0,       //
-            0, 0, 0, 1};
+            0, s, c,  0,       //
+            0, 0, 0,  1};
 }
 
 Camera Camera::withHorizontalView(cv::Size size, double degrees) {

@@ -30,7 +30,8 @@ double srgbDecode(double x) {
 namespace {
 
 // x^p for normal x > 0 by log2 and exp2, branch-free: minimax polynomials of log2(1 + f)/f on
-// [sqrt(1/2) - 1, sqrt(2) - 1] (relative error 2.7e-8) and of 2^f on [-1/2, 1/2] (1.9e-9), fitted for this file.
+// [sqrt(1/2) - 1, sqrt(2) - 1] (relative error 2.7e-8) and of 2^f on [-1/2, 1/2] (1.9e-9), fitted for this
+// file.
 inline float power(float x, float p) {
     const uint32_t bits = std::bit_cast<uint32_t>(x);
     const int32_t exponent = int32_t(bits - 0x3f3504f3u) >> 23;
@@ -157,7 +158,8 @@ cv::Mat toLinearRgba(const cv::Mat& stored, bool srgb) {
                     decodeRow(out, decoded.data(), 4 * n);
                     for (int k = 0; k < 4 * n; ++k) out[k] = k % 4 == 3 ? out[k] : decoded[k];
                     break;
-                default: failUsage("colour must have 8 or 16 bits or float32");
+                default:
+                    failUsage("colour must have 8 or 16 bits or float32");
             }
         }
     });

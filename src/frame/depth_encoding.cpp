@@ -15,8 +15,8 @@ using Kind = DepthEncoding::Kind;
 constexpr double inf = DepthEncoding::infinity;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// Each turns n stored numbers into metres in the encoding's own sense (planar or along the ray), +inf for sky,
-// NaN or ≤ 0 for unknown. Plain loops over doubles, so that they vectorise.
+// Each turns n stored numbers into metres in the encoding's own sense (planar or along the ray), +inf for
+// sky, NaN or ≤ 0 for unknown. Plain loops over doubles, so that they vectorise.
 
 void linear(const DepthEncoding& e, const double* v, double* z, int n) {
     const double zero = e.zeroIsSky ? inf : nan;
@@ -50,15 +50,18 @@ void inverse(const DepthEncoding& e, double numerator, const double* v, double* 
 
 void decodeRow(const DepthEncoding& e, const double* v, double* scratch, double* z, int n) {
     switch (e.kind) {
-        case Kind::Linear: return linear(e, v, z, n);
+        case Kind::Linear:
+            return linear(e, v, z, n);
         case Kind::Device:
             for (int i = 0; i < n; ++i) scratch[i] = (v[i] - e.rangeMin) / (e.rangeMax - e.rangeMin);
             return device(e, scratch, z, n);
         case Kind::Reshade:
             for (int i = 0; i < n; ++i) scratch[i] = v[i] * e.reshadeFar / (1 + v[i] * (e.reshadeFar - 1));
             return device(e, scratch, z, n);
-        case Kind::Disparity: return inverse(e, e.focalBaseline, v, z, n);
-        case Kind::Inverse: return inverse(e, 1, v, z, n);
+        case Kind::Disparity:
+            return inverse(e, e.focalBaseline, v, z, n);
+        case Kind::Inverse:
+            return inverse(e, 1, v, z, n);
     }
 }
 
@@ -79,9 +82,14 @@ cv::Mat decodeDepth(const cv::Mat& stored, const DepthEncoding& e, const Camera&
         std::vector<double> v(n), scratch(n), z(n);
         for (int j = rows.start; j < rows.end; ++j) {
             switch (stored.depth()) {
-                case CV_8U: toDouble(stored.ptr<uchar>(j), v.data(), n); break;
-                case CV_16U: toDouble(stored.ptr<ushort>(j), v.data(), n); break;
-                default: toDouble(stored.ptr<float>(j), v.data(), n);
+                case CV_8U:
+                    toDouble(stored.ptr<uchar>(j), v.data(), n);
+                    break;
+                case CV_16U:
+                    toDouble(stored.ptr<ushort>(j), v.data(), n);
+                    break;
+                default:
+                    toDouble(stored.ptr<float>(j), v.data(), n);
             }
             decodeRow(e, v.data(), scratch.data(), z.data(), n);
             if (e.alongRay)
@@ -114,7 +122,8 @@ double encodeDepth(double z, const DepthEncoding& e) {
         }
         case Kind::Disparity:
             return ((sky ? 0 : e.focalBaseline / z) - e.disparityOffset) / e.disparityScale;
-        case Kind::Inverse: return ((sky ? 0 : 1 / z) - e.disparityOffset) / e.disparityScale;
+        case Kind::Inverse:
+            return ((sky ? 0 : 1 / z) - e.disparityOffset) / e.disparityScale;
     }
     return nan;
 }

@@ -52,9 +52,11 @@ cv::Mat decodeDepth(const cv::Mat& stored, const DepthEncoding& encoding, const 
 /// tests and for making captures.
 double encodeDepth(double z, const DepthEncoding& encoding);
 
-/// The ready-made encodings: blender, tum, kitti, sintel, middlebury, realsense, opengl, direct3d, reshade, ...
-/// Throws Error (Usage) with the nearest name.
-DepthEncoding depthEncodingNamed(const std::string& name);
+/// An encoding as the command line states it: a ready-made name, then the sidecar's keys (docs/FRAMES.md):
+/// "tum", "opengl:near=.1,far=100", "linear:scale_to_metres=.001,unknown=0,unknown=65535". Throws Error
+/// (Usage) with the offending key or the nearest name.
+DepthEncoding parseDepthEncoding(const std::string& text);
+/// linear, device, disparity, inverse, blender, tum, kitti, sintel, middlebury, realsense, opengl, ...
 std::vector<std::string> depthEncodingNames();
 
 }  // namespace brume

@@ -40,7 +40,9 @@ void validateHeaders(const std::string& path, size_t maxPixels) {
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     thread_local std::string complaint;
     complaint.clear();
-    setup.error_handler_fn = [](exr_const_context_t, exr_result_t, const char* message) { complaint = message; };
+    setup.error_handler_fn = [](exr_const_context_t, exr_result_t, const char* message) {
+        complaint = message;
+    };
     exr_context_t context = nullptr;
     if (exr_start_read(&context, path.c_str(), &setup) != EXR_ERR_SUCCESS) {
         const std::string prefix = path + ": ";
@@ -57,7 +59,8 @@ void validateHeaders(const std::string& path, size_t maxPixels) {
             exr_get_display_window(context, part, &display) != EXR_ERR_SUCCESS)
             failDamaged(path, complaint);
         for (const exr_attr_box2i_t& box : {data, display})
-            requireSize(path, int64_t(box.max.x) - box.min.x + 1, int64_t(box.max.y) - box.min.y + 1, maxPixels);
+            requireSize(path, int64_t(box.max.x) - box.min.x + 1, int64_t(box.max.y) - box.min.y + 1,
+                        maxPixels);
         int32_t chunks = 0;
         if (exr_get_chunk_count(context, part, &chunks) != EXR_ERR_SUCCESS) failDamaged(path, complaint);
         if (uintmax_t(std::max(chunks, 0)) * 8 > fileSize)
@@ -77,7 +80,8 @@ void splitName(ExrChannel& channel, const std::string& partName, const std::stri
     } else if (!views.empty()) {
         // OpenEXR's rule: the component before the last names the view; a bare name is the first view's.
         const size_t before = channel.layer.rfind('.');
-        const std::string last = before == std::string::npos ? channel.layer : channel.layer.substr(before + 1);
+        const std::string last =
+            before == std::string::npos ? channel.layer : channel.layer.substr(before + 1);
         if (channel.layer.empty()) {
             channel.view = views.front();
         } else if (std::find(views.begin(), views.end(), last) != views.end()) {
@@ -99,6 +103,7 @@ ExrFile::ExrFile(const std::string& path, size_t maxPixels) : path_(path) {
     try {
         file_ = std::make_unique<Imf::MultiPartInputFile>(path.c_str());
         for (int part = 0; part < file_->parts(); ++part) {
+            if (!file_->partComplete(part)) failIo(path, ": the file is truncated or was never finished");
             const Imf::Header& header = file_->header(part);
             const std::string partView = header.hasView() ? header.view() : "";
             const bool many = file_->parts() > 1;
@@ -117,6 +122,8 @@ ExrFile::ExrFile(const std::string& path, size_t maxPixels) : path_(path) {
                 channels_.push_back(channel);
             }
         }
+    } catch (const Error&) {
+        throw;
     } catch (const std::exception& e) {
         failDamaged(path, e.what());
     }
@@ -166,12 +173,12 @@ void ExrFile::readPart(int part, const std::vector<Request>& requests) {
         buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, first, data, xStride, yStride));
     }
     Imf::InputPart in(*file_, part);
-    if (!in.isComplete()) failIo(path_, ": the file is truncated");
     in.setFrameBuffer(buffer);
     in.readPixels(data.min.y, data.max.y);
     if (whole) return;
-    const cv::Rect visible = cv::Rect(cv::Point(data.min.x - display.min.x, data.min.y - display.min.y), dataSize) &
-                             cv::Rect(cv::Point(0, 0), size_);
+    const cv::Rect visible =
+        cv::Rect(cv::Point(data.min.x - display.min.x, data.min.y - display.min.y), dataSize) &
+        cv::Rect(cv::Point(0, 0), size_);
     if (visible.empty()) failIo(path_, ": its data window lies outside its display window");
     const cv::Rect source = visible - cv::Point(data.min.x - display.min.x, data.min.y - display.min.y);
     for (size_t k = 0; k < requests.size(); ++k) {

@@ -49,8 +49,9 @@ int pictureRank(const std::string& layer) {
     for (const char* known : {"rgba", "rgb", "combined", "beauty", "color", "colour", "main", "finalimage"})
         if (name == known) return 1;
     // Blender's, Nuke's, Arnold's and Unreal's names of what is no picture.
-    for (const char* data : {"depth", "normal", "mask", "matte", "crypto", "uv", "vector", "motion", "velocity",
-                             "position", "disparity", "index", "object", "material", "mist", "forward"})
+    for (const char* data :
+         {"depth", "normal", "mask", "matte", "crypto", "uv", "vector", "motion", "velocity", "position",
+          "disparity", "index", "object", "material", "mist", "forward"})
         if (name.find(data) != std::string::npos) return never;
     return name == "z" || name == "n" || name == "p" ? never : 5;
 }
@@ -110,8 +111,8 @@ ExrSelection selectLayers(const ExrFile& file) {
     best.depth = bestDepth(file, best.view, bestLayer);
     if (best.depth >= 0) {
         const std::string name = plain(lastComponent(channels[best.depth].layer));
-        best.depthInCentimetres = name.find("worlddepth") != std::string::npos ||
-                                  name.find("worldunits") != std::string::npos;
+        best.depthInCentimetres =
+            name.find("worlddepth") != std::string::npos || name.find("worldunits") != std::string::npos;
     }
     return best;
 }

@@ -39,13 +39,14 @@ void requireSize(const std::string& path, int64_t width, int64_t height, size_t 
 FileFormat formatOf(const std::string& path) {
     const std::vector<unsigned char> head = readBytes(path, 16);
     const auto starts = [&](const std::string& magic, size_t at = 0) {
-        return head.size() >= at + magic.size() && std::memcmp(head.data() + at, magic.data(), magic.size()) == 0;
+        return head.size() >= at + magic.size() &&
+               std::memcmp(head.data() + at, magic.data(), magic.size()) == 0;
     };
     if (starts("\x76\x2f\x31\x01")) return FileFormat::Exr;
     if (starts("\x89PNG\r\n\x1a\n")) return FileFormat::Png;
     if (starts("\xff\xd8\xff")) return FileFormat::Jpeg;
-    if (starts(std::string("II*\0", 4)) || starts(std::string("MM\0*", 4)) || starts(std::string("II+\0", 4)) ||
-        starts(std::string("MM\0+", 4)))
+    if (starts(std::string("II*\0", 4)) || starts(std::string("MM\0*", 4)) ||
+        starts(std::string("II+\0", 4)) || starts(std::string("MM\0+", 4)))
         return FileFormat::Tiff;
     if (starts("#?RADIANCE") || starts("#?RGBE")) return FileFormat::Hdr;
     if (starts("\x93NUMPY")) return FileFormat::Npy;
@@ -65,15 +66,22 @@ StoredImage loadThroughOpenImageIo(const std::string& path, size_t maxPixels) {
 StoredImage loadImage(const std::string& path, size_t maxPixels) {
     const FileFormat format = formatOf(path);
     switch (format) {
-        case FileFormat::Exr: return loadExr(path, maxPixels);
-        case FileFormat::Png: return loadPng(path, maxPixels);
-        case FileFormat::Npy: return loadNpy(path, maxPixels);
-        case FileFormat::Pfm: return loadPfm(path, maxPixels);
-        case FileFormat::Dpt: return loadDpt(path, maxPixels);
+        case FileFormat::Exr:
+            return loadExr(path, maxPixels);
+        case FileFormat::Png:
+            return loadPng(path, maxPixels);
+        case FileFormat::Npy:
+            return loadNpy(path, maxPixels);
+        case FileFormat::Pfm:
+            return loadPfm(path, maxPixels);
+        case FileFormat::Dpt:
+            return loadDpt(path, maxPixels);
         case FileFormat::Jpeg:
         case FileFormat::Tiff:
-        case FileFormat::Hdr: return loadThroughOpenImageIo(path, maxPixels);
-        case FileFormat::Unknown: break;
+        case FileFormat::Hdr:
+            return loadThroughOpenImageIo(path, maxPixels);
+        case FileFormat::Unknown:
+            break;
     }
     failIo(path, ": is not an image brume knows (EXR, PNG, JPEG, TIFF, HDR, PFM, NPY, DPT)");
 }

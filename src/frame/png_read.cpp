@@ -97,8 +97,8 @@ StoredImage loadPng(const std::string& path, size_t maxPixels) {
     requireSize(path, header.width, header.height, maxPixels);
     // Deflate cannot pack more than 1032 to 1.
     if (header.packedBytes / 1040 > bytes.size())
-        failIo(path, ": declares ", header.width, " × ", header.height, " pixels but holds only ", bytes.size(),
-               " bytes");
+        failIo(path, ": declares ", header.width, " × ", header.height, " pixels but holds only ",
+               bytes.size(), " bytes");
     StoredImage image;
     image.srgb = header.srgb;
     image.pixels.create(int(header.height), int(header.width),

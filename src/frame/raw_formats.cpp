@@ -33,7 +33,8 @@ template <class In, class Out>
 void convert(const unsigned char* p, bool swap, cv::Mat& pixels) {
     for (int j = 0; j < pixels.rows; ++j) {
         Out* out = pixels.ptr<Out>(j);
-        for (int k = 0; k < pixels.cols * pixels.channels(); ++k, p += sizeof(In)) out[k] = Out(at<In>(p, swap));
+        for (int k = 0; k < pixels.cols * pixels.channels(); ++k, p += sizeof(In))
+            out[k] = Out(at<In>(p, swap));
     }
 }
 
@@ -53,7 +54,8 @@ StoredImage loadPfm(const std::string& path, size_t maxPixels) {
                 ++place;
         }
         std::string out;
-        while (place < bytes.size() && !std::isspace(bytes[place]) && out.size() < 32) out += char(bytes[place++]);
+        while (place < bytes.size() && !std::isspace(bytes[place]) && out.size() < 32)
+            out += char(bytes[place++]);
         return out;
     };
     const auto number = [&](const char* what) {
@@ -66,10 +68,12 @@ StoredImage loadPfm(const std::string& path, size_t maxPixels) {
     };
     const int channels = word() == "PF" ? 3 : 1;
     const double width = number("width"), height = number("height"), scale = number("scale");
-    if (width != std::floor(width) || height != std::floor(height) || width > 1e9 || height > 1e9 || scale == 0)
+    if (width != std::floor(width) || height != std::floor(height) || width > 1e9 || height > 1e9 ||
+        scale == 0)
         failIo(path, ": has a senseless PFM header");
     requireSize(path, int64_t(width), int64_t(height), maxPixels);
-    if (place < bytes.size() && bytes[place] == '\r' && place + 1 < bytes.size() && bytes[place + 1] == '\n') ++place;
+    if (place < bytes.size() && bytes[place] == '\r' && place + 1 < bytes.size() && bytes[place + 1] == '\n')
+        ++place;
     ++place;
     StoredImage image;
     image.srgb = false;
@@ -155,12 +159,12 @@ StoredImage loadNpy(const std::string& path, size_t maxPixels) {
         void (*read)(const unsigned char*, bool, cv::Mat&);
     };
     static const Type types[] = {
-        {"u1", 1, CV_8U, convert<uint8_t, uchar>},   {"b1", 1, CV_8U, convert<uint8_t, uchar>},
-        {"u2", 2, CV_16U, convert<uint16_t, ushort>}, {"i2", 2, CV_32F, convert<int16_t, float>},
-        {"u4", 4, CV_32F, convert<uint32_t, float>},  {"i4", 4, CV_32F, convert<int32_t, float>},
-        {"u8", 8, CV_32F, convert<uint64_t, float>},  {"i8", 8, CV_32F, convert<int64_t, float>},
-        {"f2", 2, CV_32F, convert<cv::float16_t, float>},
-        {"f4", 4, CV_32F, convert<float, float>},     {"f8", 8, CV_32F, convert<double, float>},
+        {"u1", 1, CV_8U, convert<uint8_t, uchar>},        {"b1", 1, CV_8U, convert<uint8_t, uchar>},
+        {"u2", 2, CV_16U, convert<uint16_t, ushort>},     {"i2", 2, CV_32F, convert<int16_t, float>},
+        {"u4", 4, CV_32F, convert<uint32_t, float>},      {"i4", 4, CV_32F, convert<int32_t, float>},
+        {"u8", 8, CV_32F, convert<uint64_t, float>},      {"i8", 8, CV_32F, convert<int64_t, float>},
+        {"f2", 2, CV_32F, convert<cv::float16_t, float>}, {"f4", 4, CV_32F, convert<float, float>},
+        {"f8", 8, CV_32F, convert<double, float>},
     };
     const std::string code = type.size() == 5 ? type.substr(2, 2) : "";
     const Type* chosen = nullptr;

@@ -13,8 +13,10 @@ namespace brume {
 /// What the command line may say about a frame; anything left empty comes from the sidecar, then from the
 /// file.
 struct ReadOptions {
-    std::string
-        depth;  ///< a file, or a pattern such as "depth/{stem}.png"; empty: depth in the EXR or beside it
+    /// A file, a pattern such as "depth/{stem}.png" (relative to the colour file's folder), or a folder that
+    /// holds a file of the same stem. Empty: depth in the EXR, named by the sidecar, or NAME.depth.EXT
+    /// beside.
+    std::string depth;
     std::optional<DepthEncoding> encoding;
     std::optional<bool> colorIsSrgb;     ///< overrides the sidecar's and the format's habit
     size_t maxPixels = size_t(1) << 28;  ///< refuse larger images before memory is taken
@@ -25,7 +27,11 @@ struct ReadOptions {
 /// threads.
 FramePair readFrame(const std::string& path, const ReadOptions& options = {});
 
-/// One image file as stored: channels in RGBA order, CV_32FC(1..4), values not decoded. Throws Error (Io).
+/// One image file as stored, CV_32FC(1..4): channels in RGBA order, the transfer curve not undone, integers
+/// as fractions of their largest value; EXR premultiplied as it is there. Throws Error (Io).
 cv::Mat readImage(const std::string& path, size_t maxPixels = size_t(1) << 28);
+
+/// One image file as colour, CV_32FC4: scene-linear, alpha unassociated. Throws Error (Io).
+cv::Mat readColor(const std::string& path, size_t maxPixels = size_t(1) << 28);
 
 }  // namespace brume

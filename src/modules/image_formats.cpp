@@ -32,8 +32,8 @@ std::string reason(std::string message) {
 
 }  // namespace
 
-extern "C" __attribute__((visibility("default"))) void brumeReadImage(const std::string& path, size_t maxPixels,
-                                                                      StoredImage& image) {
+extern "C" __attribute__((visibility("default"))) void brumeReadImage(const std::string& path,
+                                                                      size_t maxPixels, StoredImage& image) {
     OIIO::ImageSpec wishes;
     wishes["oiio:UnassociatedAlpha"] = 1;  // as stored, not premultiplied behind our back
     const auto in = OIIO::ImageInput::open(path, &wishes);
@@ -45,7 +45,10 @@ extern "C" __attribute__((visibility("default"))) void brumeReadImage(const std:
     if (std::string(in->format_name()) == "jpeg") requireEndOfJpeg(path);
     const bool bytes = spec.format == OIIO::TypeUInt8, words = spec.format == OIIO::TypeUInt16;
     image.pixels.create(spec.height, spec.width,
-                        CV_MAKETYPE(bytes ? CV_8U : words ? CV_16U : CV_32F, spec.nchannels));
+                        CV_MAKETYPE(bytes   ? CV_8U
+                                    : words ? CV_16U
+                                            : CV_32F,
+                                    spec.nchannels));
     const OIIO::TypeDesc type = bytes ? OIIO::TypeUInt8 : words ? OIIO::TypeUInt16 : OIIO::TypeFloat;
     if (!in->read_image(0, 0, 0, spec.nchannels, type, image.pixels.data))
         failIo(path, ": is damaged: ", reason(in->geterror()));
@@ -59,7 +62,8 @@ extern "C" __attribute__((visibility("default"))) void brumeReadImage(const std:
 }
 
 extern "C" __attribute__((visibility("default"))) void brumeWriteImage(
-    const std::string& path, const cv::Mat& pixels, bool srgb, const std::map<std::string, std::string>& attributes) {
+    const std::string& path, const cv::Mat& pixels, bool srgb,
+    const std::map<std::string, std::string>& attributes) {
     const OIIO::TypeDesc type = pixels.depth() == CV_8U    ? OIIO::TypeUInt8
                                 : pixels.depth() == CV_16U ? OIIO::TypeUInt16
                                                            : OIIO::TypeFloat;
@@ -68,7 +72,8 @@ extern "C" __attribute__((visibility("default"))) void brumeWriteImage(
     spec["oiio:UnassociatedAlpha"] = 1;
     spec["Compression"] = path.ends_with(".jpg") ? "jpeg:95" : "zip";
     std::string description;
-    for (const auto& [name, value] : attributes) description += (description.empty() ? "" : "\n") + name + ": " + value;
+    for (const auto& [name, value] : attributes)
+        description += (description.empty() ? "" : "\n") + name + ": " + value;
     if (!description.empty()) spec["ImageDescription"] = description;
     const auto out = OIIO::ImageOutput::create(path);
     if (!out) failIo(path, ": cannot be written: ", reason(OIIO::geterror()));

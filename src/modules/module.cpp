@@ -2,9 +2,9 @@
 
 #include <dlfcn.h>
 
-#include <filesystem>
 #include <mutex>
 
+#include "effect/install_root.hpp"
 #include "error.hpp"
 
 namespace brume {
@@ -15,11 +15,7 @@ void* moduleFunction(const std::string& module, const std::string& symbol) {
     const std::lock_guard lock(mutex);
     void*& handle = open[module];
     if (!handle) {
-        Dl_info here{};
-        dladdr(reinterpret_cast<void*>(static_cast<void* (*)(const std::string&, const std::string&)>(&moduleFunction)),
-               &here);
-        const std::filesystem::path path =
-            std::filesystem::path(here.dli_fname).parent_path() / "brume" / "modules" / (module + ".so");
+        const std::string path = installRoot() + "/modules/" + module + ".so";
         handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
         if (!handle) failIo("brume's module ", module, " cannot be loaded: ", dlerror());
     }

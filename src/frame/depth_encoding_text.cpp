@@ -1,0 +1,185 @@
+// Depth encodings as people state them: ready-made names, the sidecar's keys, "opengl:near=.1,far=100".
+#include <nlohmann/json.hpp>
+
+#include "error.hpp"
+#include "frame/depth_encoding.hpp"
+#include "frame/sidecar.hpp"
+#include "nearest_name.hpp"
+
+namespace brume {
+
+namespace {
+
+using Kind = DepthEncoding::Kind;
+using nlohmann::json;
+
+struct ReadyMade {
+    const char* name;
+    DepthEncoding encoding;
+    const char* required;  ///< keys that a capture must state, "" for none
+};
+
+DepthEncoding linear(double scale, std::vector<double> unknown, bool zeroIsSky = false) {
+    DepthEncoding e;
+    e.scaleToMetres = scale;
+    e.unknown = std::move(unknown);
+    e.zeroIsSky = zeroIsSky;
+    return e;
+}
+
+DepthEncoding ofKind(Kind kind, std::vector<double> unknown = {}) {
+    DepthEncoding e;
+    e.kind = kind;
+    e.unknown = std::move(unknown);
+    return e;
+}
+
+const std::vector<ReadyMade>& readyMade() {
+    const double inf = DepthEncoding::infinity;
+    static const std::vector<ReadyMade> all = {
+        {"linear", linear(1, {}), ""},
+        {"device", ofKind(Kind::Device), "near far"},
+        {"disparity", ofKind(Kind::Disparity), "focal_baseline"},
+        {"inverse", ofKind(Kind::Inverse), ""},
+        {"blender", linear(1, {}), ""},                                    // 1e10 where nothing is
+        {"tum", linear(1 / 5000., {0}), ""},                               // RGB-D benchmark: 5000 a metre
+        {"kitti", linear(1 / 256., {0}), ""},                              // depth completion: 256 a metre
+        {"sintel", linear(1, {}), ""},                                     // .dpt
+        {"middlebury", ofKind(Kind::Disparity, {inf}), "focal_baseline"},  // PFM; "offset" is its doffs
+        {"realsense", linear(.001, {0}), ""},                              // the SDK's default unit
+        {"millimetres", linear(.001, {0}), ""},
+        {"unreal", linear(.01, {}, true), ""},  // world depth in cm
+        {"opengl", ofKind(Kind::Device), "near far"},
+        {"direct3d", ofKind(Kind::Device), "near far"},
+        {"vulkan", ofKind(Kind::Device), "near far"},
+        {"reshade", ofKind(Kind::Reshade), "near far"},
+    };
+    return all;
+}
+
+const std::vector<std::string> keys = {
+    "encoding",  "file",    "scale_to_metres", "near",           "far",        "metres_per_unit",
+    "reversed",  "range",   "reshade_far",     "focal_baseline", "scale",      "offset",
+    "along_ray", "unknown", "sky_at_or_above", "sky_beyond",     "zero_is_sky"};
+
+/// A number, or "infinite".
+double number(const json& value, const std::string& key, const std::string& where) {
+    if (value.is_number()) return value.get<double>();
+    if (value.is_string() && (value == "inf" || value == "infinite")) return DepthEncoding::infinity;
+    failIo(where, ": ", key, " is ", value.dump(), ", not a number");
+}
+
+bool flag(const json& value, const std::string& key, const std::string& where) {
+    if (!value.is_boolean()) failIo(where, ": ", key, " is ", value.dump(), ", not true or false");
+    return value.get<bool>();
+}
+
+void requireSense(const DepthEncoding& e, const std::string& where) {
+    const auto positive = [&](double value, const char* key) {
+        if (!(value > 0)) failIo(where, ": ", key, " is ", value, ", not above 0");
+    };
+    positive(e.scaleToMetres, "scale_to_metres");
+    positive(e.metresPerUnit, "metres_per_unit");
+    positive(e.nearPlane, "near");
+    positive(e.focalBaseline, "focal_baseline");
+    if (e.disparityScale == 0) failIo(where, ": scale is 0");
+    if (!(e.farPlane > e.nearPlane))
+        failIo(where, ": far (", e.farPlane, ") is not beyond near (", e.nearPlane, ")");
+    if (e.rangeMin == e.rangeMax) failIo(where, ": range spans nothing");
+    if (!(e.reshadeFar > 1)) failIo(where, ": reshade_far is ", e.reshadeFar, ", not above 1");
+}
+
+}  // namespace
+
+std::vector<std::string> depthEncodingNames() {
+    std::vector<std::string> names;
+    for (const ReadyMade& r : readyMade()) names.push_back(r.name);
+    return names;
+}
+
+DepthEncoding depthEncodingFromJson(const json& object, const std::string& where) {
+    if (!object.is_object()) failIo(where, ": must be an object");
+    const std::string name = object.value("encoding", "linear");
+    const ReadyMade* base = nullptr;
+    for (const ReadyMade& r : readyMade())
+        if (name == r.name) base = &r;
+    if (!base) failIo(where, ": there is no depth encoding ", name, suggestion(name, depthEncodingNames()));
+    DepthEncoding e = base->encoding;
+    std::istringstream required(base->required);
+    for (std::string key; required >> key;)
+        if (!object.contains(key)) failIo(where, ": the encoding ", name, " needs ", key, " (a number)");
+    for (const auto& [key, value] : object.items()) {
+        if (key == "encoding" || key == "file")
+            continue;
+        else if (key == "scale_to_metres")
+            e.scaleToMetres = number(value, key, where);
+        else if (key == "near")
+            e.nearPlane = number(value, key, where);
+        else if (key == "far")
+            e.farPlane = number(value, key, where);
+        else if (key == "metres_per_unit")
+            e.metresPerUnit = number(value, key, where);
+        else if (key == "reversed")
+            e.reversed = flag(value, key, where);
+        else if (key == "reshade_far")
+            e.reshadeFar = number(value, key, where);
+        else if (key == "focal_baseline")
+            e.focalBaseline = number(value, key, where);
+        else if (key == "scale")
+            e.disparityScale = number(value, key, where);
+        else if (key == "offset")
+            e.disparityOffset = number(value, key, where);
+        else if (key == "along_ray")
+            e.alongRay = flag(value, key, where);
+        else if (key == "sky_at_or_above")
+            e.skyAtOrAbove = number(value, key, where);
+        else if (key == "sky_beyond")
+            e.skyBeyond = number(value, key, where);
+        else if (key == "zero_is_sky")
+            e.zeroIsSky = flag(value, key, where);
+        else if (key == "range") {
+            if (!value.is_array() || value.size() != 2)
+                failIo(where, ": range is ", value.dump(), ", not the two numbers stored for 0 and 1");
+            e.rangeMin = number(value[0], key, where);
+            e.rangeMax = number(value[1], key, where);
+        } else if (key == "unknown") {
+            e.unknown.clear();
+            for (const json& v : value.is_array() ? value : json::array({value}))
+                e.unknown.push_back(number(v, key, where));
+        } else
+            failIo(where, ": there is no key ", key, suggestion(key, keys));
+    }
+    requireSense(e, where);
+    return e;
+}
+
+DepthEncoding parseDepthEncoding(const std::string& text) {
+    const size_t colon = text.find(':');
+    json object = {{"encoding", text.substr(0, colon)}};
+    std::istringstream rest(colon == std::string::npos ? "" : text.substr(colon + 1));
+    for (std::string item; std::getline(rest, item, ',');) {
+        const size_t equals = item.find('=');
+        if (equals == std::string::npos) failUsage("depth encoding ", text, ": ", item, " is not key=value");
+        const std::string key = item.substr(0, equals), value = item.substr(equals + 1);
+        char* end = nullptr;
+        const double asNumber = std::strtod(value.c_str(), &end);
+        const bool isNumber = !value.empty() && *end == 0;
+        json parsed = value == "true" || value == "false"   ? json(value == "true")
+                      : isNumber && std::isfinite(asNumber) ? json(asNumber)
+                                                            : json(value);
+        // "unknown=0,unknown=65535" adds up; so does "range=-1,range=1".
+        if (object.contains(key)) {
+            if (!object[key].is_array()) object[key] = json::array({object[key]});
+            object[key].push_back(parsed);
+        } else {
+            object[key] = parsed;
+        }
+    }
+    try {
+        return depthEncodingFromJson(object, "depth encoding " + text);
+    } catch (const Error& e) {
+        throw Error(ErrorKind::Usage, e.what());
+    }
+}
+
+}  // namespace brume

@@ -1,0 +1,47 @@
+#include "frame/pending_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "error.hpp"
+
+namespace brume {
+
+namespace fs = std::filesystem;
+
+PendingFile::PendingFile(const std::string& target) : target_(target) {
+    static std::atomic<int> counter{0};
+    const fs::path path(target);
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) failIo(target, ": the folder ", folder.string(), " does not exist");
+    if (fs::is_directory(path, error)) failIo(target, ": is a folder");
+    path_ = (folder / ("." + path.stem().string() + "." + std::to_string(getpid()) + "-" +
+                       std::to_string(counter++) + path.extension().string()))
+                .string();
+    const int file = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL, 0666);
+    if (file < 0) failIo(target, ": cannot be written: ", std::strerror(errno));
+    close(file);
+}
+
+PendingFile::~PendingFile() {
+    if (!committed_) unlink(path_.c_str());
+}
+
+void PendingFile::commit() {
+    const int file = open(path_.c_str(), O_RDONLY);
+    const bool onDisk = file >= 0 && fsync(file) == 0;
+    const int reason = errno;
+    if (file >= 0) close(file);
+    if (!onDisk) failIo(target_, ": cannot be written: ", std::strerror(reason));
+    if (std::rename(path_.c_str(), target_.c_str()) != 0)
+        failIo(target_, ": cannot be written: ", std::strerror(errno));
+    committed_ = true;
+}
+
+}  // namespace brume

@@ -1,0 +1,182 @@
+#include "frame/read.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "error.hpp"
+#include "frame/alpha.hpp"
+#include "frame/color_encoding.hpp"
+#include "frame/exr_file.hpp"
+#include "frame/image_file.hpp"
+#include "frame/pairing.hpp"
+#include "frame/sidecar.hpp"
+
+namespace brume {
+
+namespace {
+
+/// A depth file's numbers, one channel, and what can be said of them without being told.
+struct StoredDepth {
+    std::string path;
+    cv::Mat pixels;
+    std::optional<DepthEncoding> habit;  ///< nothing: integers, which might be anything
+};
+
+std::string sizeText(cv::Size size) { return text(size.width, " × ", size.height); }
+
+DepthEncoding renderedDepth(bool centimetres) {
+    DepthEncoding e;
+    e.scaleToMetres = centimetres ? .01 : 1;
+    e.zeroIsSky = true;
+    return e;
+}
+
+/// Depth saved as a picture has three equal channels.
+cv::Mat singleChannel(const cv::Mat& pixels, const std::string& path) {
+    if (pixels.channels() == 1) return pixels;
+    std::vector<cv::Mat> planes;
+    cv::split(pixels, planes);
+    const auto equal = [](const cv::Mat& a, const cv::Mat& b) {
+        cv::Mat different;
+        cv::bitwise_xor(a, b, different);
+        return cv::countNonZero(different.reshape(1)) == 0;
+    };
+    if (planes.size() >= 3 && !(equal(planes[0], planes[1]) && equal(planes[0], planes[2])))
+        failIo(path, ": is no depth image: its red, green and blue differ");
+    return planes[0];
+}
+
+StoredDepth readDepthFile(const std::string& path, size_t maxPixels) {
+    StoredDepth depth;
+    depth.path = path;
+    if (formatOf(path) == FileFormat::Exr) {
+        ExrFile file(path, maxPixels);
+        const int channel = selectDepthOnly(file);
+        depth.pixels = cv::Mat::zeros(file.size(), CV_32F);
+        file.read({{channel, &depth.pixels, 0}});
+        depth.habit = renderedDepth(selectLayers(file).depthInCentimetres);
+        return depth;
+    }
+    const StoredImage image = loadImage(path, maxPixels);
+    depth.pixels = singleChannel(image.pixels, path);
+    if (depth.pixels.depth() == CV_32F) depth.habit = DepthEncoding();
+    return depth;
+}
+
+struct StoredPair {
+    cv::Mat color;  ///< CV_32FC4, linear, unassociated
+    std::optional<StoredDepth> depth;
+    std::vector<std::string> notes;
+};
+
+StoredPair readExrPair(const std::string& path, bool wantDepth, std::optional<bool> srgb, size_t maxPixels) {
+    ExrFile file(path, maxPixels);
+    const ExrSelection selection = selectLayers(file);
+    if (!selection.hasColor()) failIo(path, ": holds no colour (no channels R, G, B)");
+    StoredPair pair;
+    const bool grey = selection.color[1] < 0 && selection.color[2] < 0;
+    // Pixels outside the data window are empty: alpha 0 where there is alpha.
+    pair.color = cv::Mat(file.size(), CV_32FC4, cv::Scalar(0, 0, 0, selection.color[3] < 0 ? 1 : 0));
+    std::vector<ExrFile::Request> requests;
+    for (int c = 0; c < 4; ++c)
+        if (selection.color[c] >= 0) requests.push_back({selection.color[c], &pair.color, c});
+    if (wantDepth && selection.depth >= 0) {
+        pair.depth = StoredDepth{path, cv::Mat::zeros(file.size(), CV_32F),
+                                 renderedDepth(selection.depthInCentimetres)};
+        requests.push_back({selection.depth, &pair.depth->pixels, 0});
+        pair.notes.push_back("depth: channel " + file.channels()[selection.depth].name);
+    }
+    file.read(requests);
+    if (grey) {
+        const int fromTo[] = {0, 1, 0, 2};
+        cv::mixChannels(pair.color, pair.color, fromTo, 2);
+    }
+    if (!selection.view.empty()) pair.notes.push_back("view: " + selection.view);
+    if (selection.color[3] >= 0) unpremultiply(pair.color);
+    if (srgb.value_or(false)) pair.color = toLinearRgba(pair.color, true);
+    return pair;
+}
+
+cv::Mat decodeColor(const StoredImage& image, std::optional<bool> srgb) {
+    const bool curve = srgb.value_or(image.srgb.value_or(image.pixels.depth() != CV_32F));
+    cv::Mat rgba = toLinearRgba(image.pixels, curve);
+    if (image.premultiplied) unpremultiply(rgba);
+    return rgba;
+}
+
+void requireSomeDepth(const cv::Mat& depth, const std::string& path) {
+    for (int j = 0; j < depth.rows; ++j) {
+        const float* z = depth.ptr<float>(j);
+        for (int i = 0; i < depth.cols; ++i)
+            if (!std::isnan(z[i])) return;
+    }
+    failIo(path, ": depth is unknown everywhere");
+}
+
+}  // namespace
+
+FramePair readFrame(const std::string& path, const ReadOptions& options) {
+    const FileFormat format = formatOf(path);
+    const Sidecar sidecar = readSidecar(path);
+    const std::optional<bool> srgb = options.colorIsSrgb ? options.colorIsSrgb : sidecar.colorIsSrgb;
+
+    std::string depthPath = options.depth.empty() ? sidecar.depthFile : depthFileFor(path, options.depth);
+    StoredPair pair;
+    if (format == FileFormat::Exr) {
+        pair = readExrPair(path, depthPath.empty(), srgb, options.maxPixels);
+    } else {
+        pair.color = decodeColor(loadImage(path, options.maxPixels), srgb);
+    }
+    if (!pair.depth) {
+        if (depthPath.empty()) depthPath = depthFileBeside(path);
+        if (depthPath.empty())
+            failIo(path, ": has no depth: neither a channel Z nor ", stemOf(path),
+                   ".depth.EXT beside it; name it with --depth");
+        pair.depth = readDepthFile(depthPath, options.maxPixels);
+    }
+    const StoredDepth& stored = *pair.depth;
+    if (stored.pixels.size() != pair.color.size())
+        failIo(stored.path, ": depth is ", sizeText(stored.pixels.size()), " pixels but the colour of ", path,
+               " is ", sizeText(pair.color.size()));
+
+    FramePair frame;
+    frame.name = stemOf(path);
+    frame.color = pair.color;
+    frame.notes = pair.notes;
+    frame.time = sidecar.time.value_or(0);
+    frame.extras = sidecar.extras;
+    const std::optional<Camera> camera = sidecar.camera(frame.size());
+    frame.camera = camera ? *camera : Camera::withHorizontalView(frame.size(), 60);
+    if (!camera) frame.notes.push_back("camera: not stated, assumed 60° wide, level, 1.6 m up");
+    const std::optional<DepthEncoding> stated = options.encoding ? options.encoding : sidecar.encoding;
+    if (!stated && !stored.habit)
+        failIo(stored.path,
+               ": integers, and nothing says what they mean; state it with --depth-encoding, such as "
+               "'tum' or 'linear:scale_to_metres=.001,unknown=0', or in ",
+               stemOf(path), ".json");
+    DepthEncoding encoding = stated ? *stated : *stored.habit;
+    // What a renderer leaves empty stays sky unless 0 was declared unknown.
+    if (stated && stored.habit && stored.habit->zeroIsSky) encoding.zeroIsSky = true;
+    frame.depth = decodeDepth(stored.pixels, encoding, frame.camera);
+    frame.notes.push_back("depth: " + encoding.describe() + (stated ? "" : " (assumed)"));
+    requireSomeDepth(frame.depth, stored.path);
+    return frame;
+}
+
+cv::Mat readImage(const std::string& path, size_t maxPixels) {
+    const StoredImage image = loadImage(path, maxPixels);
+    cv::Mat pixels;
+    const double scale = image.pixels.depth() == CV_8U    ? 1 / 255.
+                         : image.pixels.depth() == CV_16U ? 1 / 65535.
+                                                          : 1;
+    image.pixels.convertTo(pixels, CV_32F, scale);
+    return pixels;
+}
+
+cv::Mat readColor(const std::string& path, size_t maxPixels) {
+    return decodeColor(loadImage(path, maxPixels), std::nullopt);
+}
+
+}  // namespace brume

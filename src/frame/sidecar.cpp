@@ -1,0 +1,118 @@
+#include "frame/sidecar.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "error.hpp"
+#include "frame/image_file.hpp"
+#include "nearest_name.hpp"
+
+namespace brume {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+double number(const json& object, const char* key, const std::string& where) {
+    const json& value = object.at(key);
+    if (!value.is_number()) failIo(where, ": ", key, " is ", value.dump(), ", not a number");
+    return value.get<double>();
+}
+
+void requireKnown(const json& object, const std::vector<std::string>& known, const std::string& where) {
+    if (!object.is_object()) failIo(where, ": must be an object");
+    for (const auto& [key, value] : object.items())
+        if (std::find(known.begin(), known.end(), key) == known.end())
+            failIo(where, ": there is no key ", key, suggestion(key, known));
+}
+
+cv::Matx44d pose(const json& camera, const std::string& where) {
+    if (camera.contains("world_from_camera")) {
+        const json& m = camera["world_from_camera"];
+        if (!m.is_array() || m.size() != 16)
+            failIo(where, ": world_from_camera must be 16 numbers, row by row");
+        cv::Matx44d matrix;
+        for (int k = 0; k < 16; ++k) {
+            if (!m[k].is_number()) failIo(where, ": world_from_camera holds ", m[k].dump(), ", not a number");
+            matrix.val[k] = m[k];
+        }
+        return matrix;
+    }
+    const double height = camera.contains("height") ? number(camera, "height", where) : 1.6;
+    const double pitch = camera.contains("pitch_degrees") ? number(camera, "pitch_degrees", where) : 0;
+    return Camera::standing(height, pitch);
+}
+
+}  // namespace
+
+std::optional<Camera> Sidecar::camera(cv::Size size) const {
+    if (!extras || !extras->contains("camera")) return std::nullopt;
+    const json& c = (*extras)["camera"];
+    const std::string where = path + ": camera";
+    requireKnown(c,
+                 {"fx", "fy", "cx", "cy", "pixel_centres", "horizontal_view_degrees", "height",
+                  "pitch_degrees", "world_from_camera"},
+                 where);
+    Camera camera = Camera::withHorizontalView(size, 60);
+    if (c.contains("horizontal_view_degrees")) {
+        const double degrees = number(c, "horizontal_view_degrees", where);
+        if (!(degrees > 0 && degrees < 180)) failIo(where, ": horizontal_view_degrees is ", degrees);
+        camera = Camera::withHorizontalView(size, degrees);
+    }
+    if (c.contains("fx")) camera.fx = camera.fy = number(c, "fx", where);
+    if (c.contains("fy")) camera.fy = number(c, "fy", where);
+    if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy)))
+        failIo(where, ": the focal lengths ", camera.fx, ", ", camera.fy, " px are not above 0");
+    const std::string centres = c.value("pixel_centres", "half");
+    if (centres != "half" && centres != "whole")
+        failIo(where, ": pixel_centres is ", centres, ", not half or whole (numbers)");
+    const double shift = centres == "whole" ? .5 : 0;
+    if (c.contains("cx")) camera.cx = number(c, "cx", where) + shift;
+    if (c.contains("cy")) camera.cy = number(c, "cy", where) + shift;
+    camera.worldFromCamera = pose(c, where);
+    return camera;
+}
+
+Sidecar readSidecar(const std::string& imagePath) {
+    Sidecar sidecar;
+    const fs::path path = fs::path(imagePath).replace_extension(".json");
+    if (!fs::exists(path) || path == imagePath) return sidecar;
+    sidecar.path = path.string();
+    const std::vector<unsigned char> bytes = readBytes(sidecar.path, size_t(64) << 20);
+    json root;
+    try {
+        root = json::parse(bytes.begin(), bytes.end(), nullptr, true, true);
+    } catch (const json::exception& e) {
+        failIo(sidecar.path, ": is not JSON: ", e.what());
+    }
+    if (!root.is_object()) failIo(sidecar.path, ": must hold an object");
+    try {
+        if (root.contains("depth")) {
+            const json& depth = root["depth"];
+            if (depth.is_object() && depth.contains("file")) {
+                if (!depth["file"].is_string()) failIo(sidecar.path, ": depth: file must be a name");
+                sidecar.depthFile = (path.parent_path() / depth["file"].get<std::string>()).string();
+            }
+            const bool onlyFile = depth.is_object() && depth.size() == depth.count("file");
+            if (!onlyFile) sidecar.encoding = depthEncodingFromJson(depth, sidecar.path + ": depth");
+        }
+        if (root.contains("color")) {
+            requireKnown(root["color"], {"encoding"}, sidecar.path + ": color");
+            const std::string encoding = root["color"].value("encoding", "srgb");
+            if (encoding != "srgb" && encoding != "linear")
+                failIo(sidecar.path, ": color: encoding is ", encoding, ", not srgb or linear");
+            sidecar.colorIsSrgb = encoding == "srgb";
+        }
+        if (root.contains("time")) sidecar.time = number(root, "time", sidecar.path);
+        root["sidecar_folder"] = path.parent_path().string();
+        sidecar.extras = std::make_shared<const json>(std::move(root));
+        sidecar.camera({1, 1});  // its mistakes belong to reading the sidecar
+    } catch (const json::exception& e) {
+        failIo(sidecar.path, ": ", e.what());
+    }
+    return sidecar;
+}
+
+}  // namespace brume

@@ -1,0 +1,32 @@
+// NAME.json beside a colour image: what the image files cannot say (docs/FRAMES.md).
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "frame/camera.hpp"
+#include "frame/depth_encoding.hpp"
+
+namespace brume {
+
+struct Sidecar {
+    std::string path;       ///< empty: there is none
+    std::string depthFile;  ///< a path usable from here, or empty
+    std::optional<DepthEncoding> encoding;
+    std::optional<bool> colorIsSrgb;
+    std::optional<double> time;  ///< s
+    std::shared_ptr<const nlohmann::json> extras;
+
+    /// The camera of an image of `size`; nothing where the sidecar does not state one.
+    std::optional<Camera> camera(cv::Size size) const;
+};
+
+/// Reads NAME.json of an image NAME.EXT if there is one. Throws Error (Io) naming file, key and value.
+Sidecar readSidecar(const std::string& imagePath);
+
+/// The sidecar's "depth" object; errors begin with `where`.
+DepthEncoding depthEncodingFromJson(const nlohmann::json& object, const std::string& where);
+
+}  // namespace brume
