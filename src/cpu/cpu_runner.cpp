@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "cpu/image_pool.hpp"
 #include "error.hpp"
@@ -96,13 +95,6 @@ class CpuRunner final : public Runner {
         return found->second;
     }
 
-    static cv::Mat resampled(const cv::Mat& image, cv::Size size) {
-        if (image.size() == size) return image;
-        cv::Mat result;
-        cv::resize(image, result, size, 0, 0, cv::INTER_LINEAR);
-        return result;
-    }
-
     Bound bind(const Step& step, bool readsTransmittance, const cv::Mat& input) {
         const Effect& effect = *step.effect;
         if (!effect.plugin) failUsage(effect.name(), " is GLSL only; run it with --backend gl");
@@ -118,7 +110,7 @@ class CpuRunner final : public Runner {
         for (const auto& parameter : effect.header.parameters)
             if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage())
                 context.images[parameter.name] =
-                    resampled(imageNamed(step, step.imageOf(parameter.name)), size);
+                    resampleLinear(imageNamed(step, step.imageOf(parameter.name)), size);
         if (effect.header.writesTransmittance && readsTransmittance && size == frame_->size())
             context.transmittance = images_["transmittance"];
         return bound;

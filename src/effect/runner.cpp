@@ -1,8 +1,10 @@
 #include "effect/runner.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
 
 #include "error.hpp"
 
@@ -156,6 +158,53 @@ cv::Mat resampleNearest(const cv::Mat& image, cv::Size size) {
             std::memcpy(to + i * bytes, from + (2LL * i + 1) * image.cols / (2LL * size.width) * bytes,
                         bytes);
     }
+    return result;
+}
+
+namespace {
+
+// Where pixel `i` of `to` has its centre among `from` pixels: two neighbours and the share of the second.
+struct Tap {
+    int first, second;
+    float share;
+};
+
+std::vector<Tap> linearTaps(int from, int to) {
+    std::vector<Tap> taps(to);
+    for (int i = 0; i < to; i++) {
+        const int64_t numerator = (2LL * i + 1) * from - to, denominator = 2LL * to;
+        int64_t whole = numerator / denominator;
+        if (numerator < whole * denominator) whole--;
+        taps[i].first = int(std::clamp<int64_t>(whole, 0, from - 1));
+        taps[i].second = int(std::clamp<int64_t>(whole + 1, 0, from - 1));
+        taps[i].share = float(numerator - whole * denominator) / float(denominator);
+    }
+    return taps;
+}
+
+}  // namespace
+
+cv::Mat resampleLinear(const cv::Mat& image, cv::Size size) {
+    if (image.size() == size) return image;
+    CV_Assert(image.type() == CV_32FC4);
+    const auto columns = linearTaps(image.cols, size.width), rows = linearTaps(image.rows, size.height);
+    cv::Mat result(size, CV_32FC4);
+    cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& range) {
+        for (int j = range.start; j < range.end; j++) {
+            const auto* above = image.ptr<cv::Vec4f>(rows[j].first);
+            const auto* below = image.ptr<cv::Vec4f>(rows[j].second);
+            const float v = rows[j].share;
+            auto* to = result.ptr<cv::Vec4f>(j);
+            for (int i = 0; i < size.width; i++) {
+                const auto [a, b, u] = columns[i];
+                for (int c = 0; c < 4; c++) {
+                    const float top = above[a][c] * (1 - u) + above[b][c] * u;
+                    const float bottom = below[a][c] * (1 - u) + below[b][c] * u;
+                    to[i][c] = top * (1 - v) + bottom * v;
+                }
+            }
+        }
+    });
     return result;
 }
 

@@ -73,4 +73,8 @@ cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& deriv
 /// Nearest sample by pixel centres, in whole numbers: how depth is brought to another size.
 cv::Mat resampleNearest(const cv::Mat& image, cv::Size size);
 
+/// Bilinear by pixel centres, edges replicated: how a CV_32FC4 image is brought to another size. The place of
+/// a centre is a ratio of whole numbers, so that CPU and GPU agree on it exactly.
+cv::Mat resampleLinear(const cv::Mat& image, cv::Size size);
+
 }  // namespace brume

@@ -1,0 +1,178 @@
+#include "gl/isf_host.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "error.hpp"
+#include "frame/read.hpp"
+#include "gl/rows_buffer.hpp"
+#include "gl/shader_source.hpp"
+
+namespace brume {
+
+namespace {
+
+// The vertex shader beside `name.fs` is `name.vs`, or `name.vert`.
+std::string vertexFile(const EffectHeader& header) {
+    for (const char* ending : {".vs", ".vert"}) {
+        std::filesystem::path path(header.path);
+        path.replace_extension(ending);
+        if (std::filesystem::is_regular_file(path)) return path.string();
+    }
+    return {};
+}
+
+std::string readText(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::string content((std::istreambuf_iterator<char>(in)), {});
+    if (!in) failIo(path, ": cannot be read");
+    return content;
+}
+
+// Declared once here, so that what an author declares again can be left out.
+std::vector<std::pair<std::string, std::string>> hostUniforms(const EffectHeader& header) {
+    std::vector<std::pair<std::string, std::string>> uniforms = {
+        {"vec2", "RENDERSIZE"}, {"float", "TIME"},     {"float", "TIMEDELTA"},
+        {"vec4", "DATE"},       {"int", "FRAMEINDEX"}, {"int", "PASSINDEX"}};
+    std::set<std::string> seen;
+    auto add = [&](const std::string& type, const std::string& name) {
+        if (!name.empty() && seen.insert(name).second) uniforms.emplace_back(type, isfIdentifier(name));
+    };
+    for (const Parameter& parameter : header.parameters) add(glslType(parameter.type), parameter.name);
+    for (const ImportedImage& image : header.imported) add("sampler2D", image.name);
+    for (const Pass& pass : header.passes) add("sampler2D", pass.target);
+    return uniforms;
+}
+
+// 420pack lets local constants have values known only at run time, as older compilers did.
+std::string head(const EffectHeader& header, size_t ownFile) {
+    std::ostringstream out;
+    out << "#version 330 core\n#extension GL_ARB_shading_language_420pack : enable\n#line 1 " << ownFile
+        << "\n";
+    for (const auto& [type, name] : hostUniforms(header)) out << "uniform " << type << " " << name << ";\n";
+    return out.str();
+}
+
+// Sampling a pixel's exact centre gives that pixel, where a filter would mix in a little of its neighbours.
+const char* const samplingFunctions = R"(
+vec4 isf_atPixel(sampler2D image, vec2 p) {
+    vec2 size = vec2(textureSize(image, 0));
+    vec2 nearest = floor(p);
+    if (all(lessThan(abs(p - nearest - 0.5), vec2(1.0 / 512.0))))
+        return texelFetch(image, ivec2(clamp(nearest, vec2(0.0), size - 1.0)), 0);
+    return textureLod(image, p / size, 0.0);
+}
+vec4 IMG_PIXEL(sampler2D image, vec2 p) { return isf_atPixel(image, p); }
+vec4 IMG_PIXEL(sampler2D image, vec2 p, float bias) { return isf_atPixel(image, p); }
+vec4 IMG_NORM_PIXEL(sampler2D image, vec2 p) { return isf_atPixel(image, p * vec2(textureSize(image, 0))); }
+vec4 IMG_NORM_PIXEL(sampler2D image, vec2 p, float bias) { return IMG_NORM_PIXEL(image, p); }
+vec2 IMG_SIZE(sampler2D image) { return vec2(textureSize(image, 0)); }
+vec4 isf_texture2D(sampler2D image, vec2 p) { return IMG_NORM_PIXEL(image, p); }
+vec4 isf_texture2D(sampler2D image, vec2 p, float bias) { return IMG_NORM_PIXEL(image, p); }
+vec4 isf_texture2DLod(sampler2D image, vec2 p, float lod) { return IMG_NORM_PIXEL(image, p); }
+vec4 isf_texture2DRect(sampler2D image, vec2 p) { return isf_atPixel(image, p); }
+)";
+
+const char* const fragmentFunctions = R"(
+vec4 IMG_THIS_PIXEL(sampler2D image) { return IMG_NORM_PIXEL(image, isf_FragNormCoord); }
+vec4 IMG_THIS_NORM_PIXEL(sampler2D image) { return IMG_NORM_PIXEL(image, isf_FragNormCoord); }
+)";
+
+const char* const vertexDeclarations = R"(
+out vec2 isf_FragNormCoord;
+vec2 isf_corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+vec4 isf_vertex = vec4(isf_corner * RENDERSIZE, 0.0, 1.0);
+vec4 isf_vertexTexCoord = vec4(isf_corner, 0.0, 1.0);
+vec4 isf_vertexColor = vec4(1.0);
+mat4 isf_modelView = mat4(1.0);
+mat4 isf_projection = mat4(2.0 / RENDERSIZE.x, 0.0, 0.0, 0.0, 0.0, 2.0 / RENDERSIZE.y, 0.0, 0.0,
+                           0.0, 0.0, 1.0, 0.0, -1.0, -1.0, 0.0, 1.0);
+vec4 isf_ftransform() { return isf_projection * isf_vertex; }
+void isf_vertShaderInit() {
+    isf_FragNormCoord = isf_corner;
+    gl_Position = isf_ftransform();
+}
+)";
+
+std::set<std::string> hostNames(const EffectHeader& header) {
+    std::set<std::string> names = {"isf_FragNormCoord", "vv_FragNormCoord"};
+    for (const auto& [type, name] : hostUniforms(header)) names.insert(name);
+    return names;
+}
+
+ShaderText vertexShader(const EffectHeader& header, const std::string& path) {
+    IsfUses uses;
+    std::string body =
+        path.empty() ? "" : rewriteIsf(readText(path), IsfStage::Vertex, hostNames(header), uses);
+    std::string source = head(header, 1) + samplingFunctions + vertexDeclarations;
+    if (uses.identifiers.count("gl_TexCoord")) source += "out vec4 isf_TexCoord[8];\n";
+    source += "#line 1 0\n" + body + "\n#line 1 1\n";
+    source += uses.definesMain ? "void main() { isf_vertShaderInit(); isf_main(); }\n"
+                               : "void main() { isf_vertShaderInit(); }\n";
+    return {GL_VERTEX_SHADER, source, {path.empty() ? header.path : path}};
+}
+
+}  // namespace
+
+std::vector<ShaderText> isfPassSource(const Step& step, size_t) {
+    const EffectHeader& header = step.effect->header;
+    const ExpandedSource expanded = expandIncludes(*step.effect);
+    IsfUses uses;
+    const std::string body = rewriteIsf(expanded.text, IsfStage::Fragment, hostNames(header), uses);
+    const std::string vertexPath = vertexFile(header);
+
+    std::string source = head(header, expanded.files.size());
+    // Without a vertex shader of its own a pixel's place is known exactly, not interpolated.
+    source += vertexPath.empty() ? "#define isf_FragNormCoord (gl_FragCoord.xy / RENDERSIZE)\n"
+                                 : "in vec2 isf_FragNormCoord;\n";
+    source += uses.fragmentData
+                  ? "layout(location = 0) out vec4 isf_FragData[1];\n#define isf_FragColor isf_FragData[0]\n"
+                  : "layout(location = 0) out vec4 isf_FragColor;\n";
+    if (uses.identifiers.count("gl_TexCoord"))
+        source += vertexPath.empty() ? "#define isf_TexCoord vec4[1](vec4(isf_FragNormCoord, 0.0, 1.0))\n"
+                                     : "in vec4 isf_TexCoord[8];\n";
+    source += std::string(samplingFunctions) + fragmentFunctions + body;
+    source += text("\n#line 1 ", expanded.files.size(),
+                   "\nvoid main() { isf_FragColor = vec4(0.0); isf_main(); }\n");
+    return {vertexShader(header, vertexPath), {GL_FRAGMENT_SHADER, source, expanded.files}};
+}
+
+void isfSetUniforms(const Program& program, const View& view, double timeDelta, cv::Size target,
+                    size_t pass) {
+    program.set("RENDERSIZE", cv::Vec2f(float(target.width), float(target.height)).val, 2);
+    program.set("PASSINDEX", int(pass));
+    program.set("TIMEDELTA", float(timeDelta));
+    program.set("DATE", cv::Vec4f(2000, 1, 1, view.time).val, 4);
+}
+
+cv::Size isfAudioSize(const Parameter& parameter) {
+    return {parameter.type == ParameterType::AudioFft ? 256 : 512, 1};
+}
+
+cv::Vec4f isfSilence(const Parameter& parameter) {
+    return parameter.type == ParameterType::AudioFft ? cv::Vec4f(0, 0, 0, 1) : cv::Vec4f(.5f, .5f, .5f, 1);
+}
+
+cv::Mat isfImportedImage(const ImportedImage& image) {
+    const cv::Mat stored = readImage(image.path);
+    static const int conversions[] = {-1, cv::COLOR_GRAY2RGBA, -1, cv::COLOR_RGB2RGBA, -1};
+    if (stored.channels() == 4) return stored;
+    cv::Mat rgba;
+    if (stored.channels() == 2) {  // grey and alpha
+        cv::Mat from[] = {stored};
+        rgba.create(stored.size(), CV_32FC4);
+        const int pairs[] = {0, 0, 0, 1, 0, 2, 1, 3};
+        cv::mixChannels(from, 1, &rgba, 1, pairs, 4);
+    } else {
+        cv::cvtColor(stored, rgba, conversions[stored.channels()]);
+    }
+    return rgba;
+}
+
+bool isfMayLeavePixels(const Effect& effect) {
+    return effect.header.body.find("discard") != std::string::npos || !vertexFile(effect.header).empty();
+}
+
+}  // namespace brume

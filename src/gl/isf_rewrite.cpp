@@ -1,0 +1,181 @@
+#include "gl/isf_rewrite.hpp"
+
+#include <cctype>
+#include <map>
+#include <vector>
+
+namespace brume {
+
+namespace {
+
+// Words that GLSL 3.30 or a later driver reserves, and that no published shader can mean as keywords.
+const std::set<std::string> reserved = {
+    "active",    "asm",      "atomic_uint", "buffer",     "cast",      "class",     "coherent",
+    "common",    "enum",     "extern",      "external",   "filter",    "fixed",     "fvec2",
+    "fvec3",     "fvec4",    "goto",        "half",       "hvec2",     "hvec3",     "hvec4",
+    "image1D",   "image2D",  "image3D",     "inline",     "input",     "interface", "long",
+    "namespace", "noinline", "output",      "packed",     "partition", "patch",     "precise",
+    "public",    "readonly", "resource",    "restrict",   "row_major", "sample",    "shared",
+    "short",     "sizeof",   "static",      "subroutine", "superp",    "template",  "this",
+    "typedef",   "union",    "unsigned",    "using",      "volatile",  "writeonly", "column_major"};
+
+// Interpolation words, which a shader of the older era may use as names.
+const std::set<std::string> interpolation = {"flat", "smooth", "noperspective"};
+
+const std::map<std::string, std::string> renamed = {
+    {"vv_FragNormCoord", "isf_FragNormCoord"},
+    {"vv_vertShaderInit", "isf_vertShaderInit"},
+    {"gl_FragColor", "isf_FragColor"},
+    {"gl_FragData", "isf_FragData"},
+    {"gl_TexCoord", "isf_TexCoord"},
+    {"gl_Vertex", "isf_vertex"},
+    {"gl_MultiTexCoord0", "isf_vertexTexCoord"},
+    {"gl_Color", "isf_vertexColor"},
+    {"gl_ModelViewProjectionMatrix", "isf_projection"},
+    {"gl_ProjectionMatrix", "isf_projection"},
+    {"gl_ModelViewMatrix", "isf_modelView"},
+    {"ftransform", "isf_ftransform"},
+    {"texture2D", "isf_texture2D"},
+    {"texture2DLod", "isf_texture2DLod"},
+    {"texture2DLodEXT", "isf_texture2DLod"},
+    {"texture2DGradEXT", "textureGrad"},
+    {"texture2DProj", "textureProj"},
+    {"texture2DRect", "isf_texture2DRect"},
+    {"sampler2DRect", "sampler2D"},
+    {"attribute", "in"},
+};
+
+bool isNameStart(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
+bool isNamePart(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+
+struct Token {
+    enum class Kind { Name, Number, Symbol, Space, Comment, Directive } kind;
+    std::string text;
+};
+
+// One token; comments and white space too, so that the tokens joined are the source.
+Token nextToken(const std::string& source, size_t place) {
+    auto upTo = [&](Token::Kind kind, size_t end) {
+        return Token{kind, source.substr(place, std::min(end, source.size()) - place)};
+    };
+    const char c = source[place];
+    size_t end = place + 1;
+    if (source.compare(place, 2, "//") == 0) return upTo(Token::Kind::Comment, source.find('\n', place));
+    if (source.compare(place, 2, "/*") == 0) {
+        const size_t close = source.find("*/", place + 2);
+        return upTo(Token::Kind::Comment, close == std::string::npos ? close : close + 2);
+    }
+    if (isNameStart(c)) {
+        while (end < source.size() && isNamePart(source[end])) end++;
+        return upTo(Token::Kind::Name, end);
+    }
+    if (std::isdigit(static_cast<unsigned char>(c)) ||
+        (c == '.' && end < source.size() && std::isdigit(static_cast<unsigned char>(source[end])))) {
+        while (end < source.size() &&
+               (isNamePart(source[end]) || source[end] == '.' ||
+                ((source[end] == '-' || source[end] == '+') && (source[end - 1] | 32) == 'e' && c != '0')))
+            end++;
+        return upTo(Token::Kind::Number, end);
+    }
+    if (std::isspace(static_cast<unsigned char>(c))) {
+        while (end < source.size() && std::isspace(static_cast<unsigned char>(source[end]))) end++;
+        return upTo(Token::Kind::Space, end);
+    }
+    return upTo(Token::Kind::Symbol, end);
+}
+
+std::vector<Token> tokenise(const std::string& source) {
+    std::vector<Token> tokens;
+    for (size_t place = 0; place < source.size(); place += tokens.back().text.size())
+        tokens.push_back(nextToken(source, place));
+    return tokens;
+}
+
+bool isBlank(const Token& token) {
+    return token.kind == Token::Kind::Space || token.kind == Token::Kind::Comment;
+}
+
+size_t nextSolid(const std::vector<Token>& tokens, size_t from) {
+    while (from < tokens.size() && isBlank(tokens[from])) from++;
+    return from;
+}
+
+// Everything but line ends goes, so that later lines keep their numbers.
+void blank(std::vector<Token>& tokens, size_t from, size_t end) {
+    for (size_t k = from; k < end; k++) {
+        std::string kept;
+        for (char c : tokens[k].text)
+            if (c == '\n') kept += c;
+        tokens[k] = {Token::Kind::Space, kept.empty() ? " " : kept};
+    }
+}
+
+// `#version` and `#extension` from their '#' to the end of the line.
+void blankDirective(std::vector<Token>& tokens, size_t hash) {
+    const size_t name = nextSolid(tokens, hash + 1);
+    if (name >= tokens.size() || (tokens[name].text != "version" && tokens[name].text != "extension")) return;
+    size_t end = name;
+    while (end < tokens.size() && tokens[end].text.find('\n') == std::string::npos) end++;
+    blank(tokens, hash, end);
+}
+
+// `uniform vec2 RENDERSIZE;` where the host declares that name already.
+void blankRedeclaration(std::vector<Token>& tokens, size_t start, const std::set<std::string>& hostNames) {
+    static const std::set<std::string> storage = {"uniform", "varying", "in", "out", "attribute"};
+    if (!storage.count(tokens[start].text)) return;
+    std::vector<std::string> words;
+    size_t end = start;
+    for (; end < tokens.size() && tokens[end].text != ";"; end++) {
+        if (tokens[end].kind == Token::Kind::Name)
+            words.push_back(tokens[end].text);
+        else if (!isBlank(tokens[end]))
+            return;  // several names, an array, or a function's parameter
+    }
+    if (end < tokens.size() && words.size() >= 3 && hostNames.count(words.back()))
+        blank(tokens, start, end + 1);
+}
+
+}  // namespace
+
+std::string isfIdentifier(const std::string& name) {
+    std::string identifier;
+    for (char c : name) identifier += isNamePart(c) ? c : '_';
+    if (identifier.empty() || std::isdigit(static_cast<unsigned char>(identifier[0])) ||
+        reserved.count(identifier) || interpolation.count(identifier))
+        identifier = "isf_n_" + identifier;
+    return identifier;
+}
+
+std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set<std::string>& hostNames,
+                       IsfUses& uses) {
+    std::vector<Token> tokens = tokenise(source);
+    for (size_t k = 0; k < tokens.size(); k++) {
+        if (tokens[k].text == "#") blankDirective(tokens, k);
+        if (tokens[k].kind != Token::Kind::Name) continue;
+        std::string& name = tokens[k].text;
+        uses.identifiers.insert(name);
+        if (name == "discard") uses.discards = true;
+        if (name == "gl_FragData") uses.fragmentData = true;
+        blankRedeclaration(tokens, k, hostNames);
+        if (tokens[k].kind != Token::Kind::Name) continue;
+        const size_t next = nextSolid(tokens, k + 1);
+        const std::string following = next < tokens.size() ? tokens[next].text : "";
+        if (name == "varying") {
+            name = stage == IsfStage::Vertex ? "out" : "in";
+        } else if (name == "main" && following == "(") {
+            name = "isf_main";
+            uses.definesMain = true;
+        } else if (interpolation.count(name)) {
+            if (following != "in" && following != "out" && following != "varying") name = isfIdentifier(name);
+        } else if (reserved.count(name)) {
+            name = isfIdentifier(name);
+        } else if (auto found = renamed.find(name); found != renamed.end()) {
+            name = found->second;
+        }
+    }
+    std::string result;
+    for (const Token& token : tokens) result += token.text;
+    return result;
+}
+
+}  // namespace brume

@@ -1,0 +1,118 @@
+#include "gl/texture.hpp"
+
+#include <bit>
+#include <cstring>
+
+#include "error.hpp"
+
+namespace brume {
+
+namespace {
+
+// Quiet, so that copies keep it; the low bits make it unlike the NaN of any hardware.
+constexpr uint32_t sentinel = 0x7fe5b3a1u;
+
+}  // namespace
+
+Texture::Texture(const GlFunctions& gl, cv::Size size, GLenum format)
+    : gl_(gl), size_(size), format_(format) {
+    GLint largest = 0;
+    gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
+    if (size.width < 1 || size.height < 1 || size.width > largest || size.height > largest)
+        failUsage("OpenGL: an image of ", size.width, "x", size.height, " px; this driver holds 1 to ",
+                  largest, " px a side");
+    gl_.CreateTextures(GL_TEXTURE_2D, 1, &name_);
+    gl_.TextureStorage2D(name_, 1, format, size.width, size.height);
+    setSampling();
+}
+
+Texture::Texture(const GlFunctions& gl, cv::Vec3i size)
+    : gl_(gl), size_(size[0], size[1]), depth_(size[2]), format_(GL_R32F) {
+    GLint largest = 0;
+    gl_.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
+    for (int side : size.val)
+        if (side < 1 || side > largest)
+            failUsage("OpenGL: a volume of ", size[0], "x", size[1], "x", size[2],
+                      "; this driver holds 1 to ", largest, " a side");
+    gl_.CreateTextures(GL_TEXTURE_3D, 1, &name_);
+    gl_.TextureStorage3D(name_, 1, GL_R32F, size[0], size[1], size[2]);
+    setSampling();
+}
+
+Texture::~Texture() { gl_.DeleteTextures(1, &name_); }
+
+void Texture::setSampling() {
+    gl_.TextureParameteri(name_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl_.TextureParameteri(name_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    for (GLenum direction : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+        gl_.TextureParameteri(name_, direction, GL_CLAMP_TO_EDGE);
+}
+
+void Texture::upload(const cv::Mat& image) {
+    CV_Assert(image.size() == size_ && image.type() == (format_ == GL_R32F ? CV_32F : CV_32FC4));
+    cv::Mat reversed(image.size(), image.type());
+    const size_t rowBytes = image.cols * image.elemSize();
+    for (int row = 0; row < image.rows; row++)
+        std::memcpy(reversed.ptr(image.rows - 1 - row), image.ptr(row), rowBytes);
+    gl_.TextureSubImage2D(name_, 0, 0, 0, image.cols, image.rows, format_ == GL_R32F ? GL_RED : GL_RGBA,
+                          GL_FLOAT, reversed.data);
+}
+
+void Texture::upload(const std::vector<float>& volume) {
+    CV_Assert(isVolume() && volume.size() == size_t(size_.width) * size_.height * depth_);
+    gl_.TextureSubImage3D(name_, 0, 0, 0, 0, size_.width, size_.height, depth_, GL_RED, GL_FLOAT,
+                          volume.data());
+}
+
+cv::Mat Texture::download(const std::string& what) const {
+    const int type = format_ == GL_R32F ? CV_32F : CV_32FC4;
+    cv::Mat reversed(size_, type), image(size_, type);
+    const size_t rowBytes = image.cols * image.elemSize(), rowWords = rowBytes / 4;
+    gl_.GetTextureImage(name_, 0, format_ == GL_R32F ? GL_RED : GL_RGBA, GL_FLOAT,
+                        GLsizei(rowBytes * image.rows), reversed.data);
+    for (int row = 0; row < image.rows; row++) {
+        const auto* words = reversed.ptr<uint32_t>(image.rows - 1 - row);
+        bool untouched = false;
+        for (size_t k = 0; k < rowWords; k++) untouched |= words[k] == sentinel;
+        if (untouched)
+            throw Error(ErrorKind::CheckFailed,
+                        text(what, ": row ", row,
+                             " holds pixels that no shader wrote; every pass must store every pixel"));
+        std::memcpy(image.ptr(row), words, rowBytes);
+    }
+    return image;
+}
+
+void Texture::fill(const cv::Vec4f& value) { gl_.ClearTexImage(name_, 0, GL_RGBA, GL_FLOAT, value.val); }
+
+void Texture::fillWithSentinel() {
+    const float pattern = std::bit_cast<float>(sentinel);
+    const float value[] = {pattern, pattern, pattern, pattern};
+    gl_.ClearTexImage(name_, 0, GL_RGBA, GL_FLOAT, value);
+}
+
+TexturePtr TexturePool::take(cv::Size size, GLenum format) {
+    const Key key{size.width, size.height, format};
+    std::unique_ptr<Texture> texture;
+    if (auto spare = spares_.find(key); spare != spares_.end()) {
+        texture = std::move(spare->second.texture);
+        spares_.erase(spare);
+    } else {
+        texture = std::make_unique<Texture>(gl_, size, format);
+    }
+    return TexturePtr(texture.release(), [this, key](Texture* returned) {
+        spares_.emplace(key, Spare{std::unique_ptr<Texture>(returned)});
+    });
+}
+
+void TexturePool::trim() {
+    for (auto spare = spares_.begin(); spare != spares_.end();)
+        if (spare->second.usedSinceTrim) {
+            spare->second.usedSinceTrim = false;
+            ++spare;
+        } else {
+            spare = spares_.erase(spare);
+        }
+}
+
+}  // namespace brume
