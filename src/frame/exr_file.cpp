@@ -65,6 +65,13 @@ void validateHeaders(const std::string& path, size_t maxPixels) {
         if (exr_get_chunk_count(context, part, &chunks) != EXR_ERR_SUCCESS) failDamaged(path, complaint);
         if (uintmax_t(std::max(chunks, 0)) * 8 > fileSize)
             failIo(path, ": declares ", chunks, " blocks of pixels but holds only ", fileSize, " bytes");
+        exr_storage_t storage{};
+        exr_get_storage(context, part, &storage);
+        if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_DEEP_SCANLINE) continue;
+        exr_chunk_info_t place{};
+        for (const int row : {data.min.y, data.max.y})
+            if (exr_read_scanline_chunk_info(context, part, row, &place) != EXR_ERR_SUCCESS)
+                failIo(path, ": is truncated or damaged: blocks of pixels are not where its table says");
     }
 }
 
@@ -101,9 +108,11 @@ ExrFile::ExrFile(const std::string& path, size_t maxPixels) : path_(path) {
     });
     validateHeaders(path, maxPixels);
     try {
-        file_ = std::make_unique<Imf::MultiPartInputFile>(path.c_str());
+        file_ = std::make_unique<Imf::MultiPartInputFile>(
+            path.c_str(), Imf::globalThreadCount(),
+            false);  // no guessing where unfinished files have pixels
         for (int part = 0; part < file_->parts(); ++part) {
-            if (!file_->partComplete(part)) failIo(path, ": the file is truncated or was never finished");
+            if (!file_->partComplete(part)) failIo(path, ": is truncated or was never finished");
             const Imf::Header& header = file_->header(part);
             const std::string partView = header.hasView() ? header.view() : "";
             const bool many = file_->parts() > 1;

@@ -25,24 +25,14 @@ bool isImageEnding(const std::string& ending) {
 
 std::string stemOf(const std::string& path) { return fs::path(path).stem().string(); }
 
-std::string depthFileFor(const std::string& colorPath, const std::string& depth) {
-    const fs::path folder = fs::path(colorPath).parent_path();
-    const std::string stem = stemOf(colorPath);
-    const size_t hole = depth.find("{stem}");
-    if (hole != std::string::npos) {
-        std::string name = depth;
-        name.replace(hole, 6, stem);
-        const fs::path path = fs::path(name).is_absolute() ? fs::path(name) : folder / name;
-        if (fs::exists(path)) return path.string();
-        if (fs::exists(name)) return name;  // relative to where we are
-        failIo(colorPath, ": its depth ", path.string(), " does not exist");
-    }
-    if (!fs::is_directory(depth)) return depth;
-    for (const std::string& ending : endings) {
-        const fs::path path = fs::path(depth) / (stem + ending);
-        if (fs::exists(path)) return path.string();
-    }
-    failIo(colorPath, ": the folder ", depth, " has no depth named ", stem, ".EXT");
+std::string depthFileFor(const std::string& colorPath, const std::string& pattern) {
+    std::string name = pattern;
+    const size_t hole = name.find("{stem}");
+    if (hole != std::string::npos) name.replace(hole, 6, stemOf(colorPath));
+    const fs::path beside = fs::path(colorPath).parent_path() / name;
+    if (fs::exists(beside)) return beside.string();
+    if (fs::exists(name)) return name;
+    failIo(colorPath, ": its depth ", beside.string(), " does not exist");
 }
 
 std::string depthFileBeside(const std::string& colorPath) {

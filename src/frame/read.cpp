@@ -122,7 +122,7 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
     const Sidecar sidecar = readSidecar(path);
     const std::optional<bool> srgb = options.colorIsSrgb ? options.colorIsSrgb : sidecar.colorIsSrgb;
 
-    std::string depthPath = options.depth.empty() ? sidecar.depthFile : depthFileFor(path, options.depth);
+    std::string depthPath = options.depth.empty() ? sidecar.depthFile : options.depth;
     StoredPair pair;
     if (format == FileFormat::Exr) {
         pair = readExrPair(path, depthPath.empty(), srgb, options.maxPixels);

@@ -13,9 +13,8 @@ namespace brume {
 /// What the command line may say about a frame; anything left empty comes from the sidecar, then from the
 /// file.
 struct ReadOptions {
-    /// A file, a pattern such as "depth/{stem}.png" (relative to the colour file's folder), or a folder that
-    /// holds a file of the same stem. Empty: depth in the EXR, named by the sidecar, or NAME.depth.EXT
-    /// beside.
+    /// The depth file; patterns and folders are sequence.hpp's. Empty: depth in the EXR, or named by the
+    /// sidecar, or NAME.depth.EXT beside.
     std::string depth;
     std::optional<DepthEncoding> encoding;
     std::optional<bool> colorIsSrgb;     ///< overrides the sidecar's and the format's habit

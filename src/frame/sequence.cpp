@@ -1,0 +1,335 @@
+#include "frame/sequence.hpp"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "error.hpp"
+#include "frame/pairing.hpp"
+
+namespace brume {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double mostApart = .02;  // s, as TUM's associate.py
+
+std::optional<double> asNumber(const std::string& word) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    if (word.empty() || *end != 0 || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
+/// "1305031102.175304": digits with a fraction. "0012" is a frame's number, not a time.
+std::optional<double> timestampOf(const std::string& path) {
+    const std::string stem = stemOf(path);
+    return stem.find('.') == std::string::npos ? std::nullopt : asNumber(stem);
+}
+
+/// The last run of digits in a stem.
+std::optional<long> numberOf(const std::string& path) {
+    const std::string stem = stemOf(path);
+    const size_t last = stem.find_last_of("0123456789");
+    if (last == std::string::npos) return std::nullopt;
+    size_t first = last;
+    while (first > 0 && std::isdigit(static_cast<unsigned char>(stem[first - 1]))) --first;
+    if (last - first >= 18) return std::nullopt;
+    return std::stol(stem.substr(first, last - first + 1));
+}
+
+/// Names in the order people count: frame9 before frame10.
+bool countsBefore(const std::string& a, const std::string& b) {
+    size_t i = 0, j = 0;
+    while (i < a.size() && j < b.size()) {
+        const bool digits =
+            std::isdigit(static_cast<unsigned char>(a[i])) && std::isdigit(static_cast<unsigned char>(b[j]));
+        if (!digits) {
+            if (a[i] != b[j]) return a[i] < b[j];
+            ++i, ++j;
+            continue;
+        }
+        const auto run = [](const std::string& s, size_t& at) {
+            const size_t start = s.find_first_not_of('0', at);
+            at = std::min(s.find_first_not_of("0123456789", at), s.size());
+            return start == std::string::npos || start >= at ? std::string() : s.substr(start, at - start);
+        };
+        const std::string x = run(a, i), y = run(b, j);
+        if (x.size() != y.size()) return x.size() < y.size();
+        if (x != y) return x < y;
+    }
+    return a.size() - i < b.size() - j;
+}
+
+struct Pattern {
+    std::string before, after;
+    size_t digits = 0;  ///< at least as many
+};
+
+std::optional<Pattern> patternIn(const std::string& name) {
+    const size_t hash = name.find('#');
+    if (hash != std::string::npos) {
+        const size_t end = std::min(name.find_first_not_of('#', hash), name.size());
+        return Pattern{name.substr(0, hash), name.substr(end), end - hash};
+    }
+    const size_t percent = name.find('%');
+    if (percent == std::string::npos) return std::nullopt;
+    size_t at = percent + 1;
+    while (at < name.size() && std::isdigit(static_cast<unsigned char>(name[at]))) ++at;
+    if (at >= name.size() || name[at] != 'd') return std::nullopt;
+    const std::string width = name.substr(percent + 1, at - percent - 1);
+    return Pattern{name.substr(0, percent), name.substr(at + 1), width.empty() ? 1 : std::stoul(width)};
+}
+
+std::string filled(const Pattern& pattern, long number) {
+    std::string digits = std::to_string(number);
+    if (digits.size() < pattern.digits) digits.insert(0, pattern.digits - digits.size(), '0');
+    return pattern.before + digits + pattern.after;
+}
+
+/// Existing files of a pattern by their numbers.
+std::map<long, std::string> matching(const std::string& name) {
+    const Pattern pattern = *patternIn(name);
+    const fs::path folder = fs::path(pattern.before).parent_path();
+    if (pattern.before.size() + 1 < folder.string().size() || pattern.after.find('/') != std::string::npos)
+        failIo(name, ": the frame's number must stand in the file's name, not in a folder's");
+    const std::string before = fs::path(pattern.before).filename().string();
+    std::map<long, std::string> found;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error)) {
+        const std::string file = entry.path().filename().string();
+        if (file.size() < before.size() + pattern.digits + pattern.after.size()) continue;
+        if (!file.starts_with(before) || !file.ends_with(pattern.after)) continue;
+        const std::string digits =
+            file.substr(before.size(), file.size() - before.size() - pattern.after.size());
+        if (digits.size() > 18 || digits.find_first_not_of("0123456789") != std::string::npos) continue;
+        if (digits.size() > pattern.digits && digits[0] == '0') continue;
+        found[std::stol(digits)] = (folder / file).string();
+    }
+    if (found.empty()) failIo(name, ": no file matches");
+    return found;
+}
+
+bool isDepthBeside(const fs::path& path) { return path.stem().extension() == ".depth"; }
+
+std::string depthStem(const std::string& path) {
+    return isDepthBeside(path) ? fs::path(path).stem().stem().string() : stemOf(path);
+}
+
+std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
+    std::vector<std::string> images;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(folder, error)) {
+        const fs::path& path = entry.path();
+        if (entry.is_regular_file() && isImageEnding(path.extension().string()) &&
+            (depths || !isDepthBeside(path)) && path.filename().string()[0] != '.')
+            images.push_back(path.string());
+    }
+    if (error) failIo(folder, ": ", error.message());
+    if (images.empty()) failIo(folder, ": the folder holds no images");
+    std::sort(images.begin(), images.end(), countsBefore);
+    return images;
+}
+
+std::vector<std::string> globbed(const std::string& name) {
+    glob_t found{};
+    std::vector<std::string> files;
+    if (glob(name.c_str(), 0, nullptr, &found) == 0)
+        for (size_t k = 0; k < found.gl_pathc; ++k)
+            if (!isDepthBeside(found.gl_pathv[k]) &&
+                isImageEnding(fs::path(found.gl_pathv[k]).extension().string()))
+                files.push_back(found.gl_pathv[k]);
+    globfree(&found);
+    if (files.empty()) failIo(name, ": no file matches");
+    std::sort(files.begin(), files.end(), countsBefore);
+    return files;
+}
+
+bool isList(const std::string& name) { return fs::path(name).extension() == ".txt"; }
+
+std::vector<FrameFiles> readList(const std::string& name) {
+    std::ifstream in(name);
+    if (!in) failIo(name, ": there is no such list");
+    const fs::path folder = fs::path(name).parent_path();
+    std::vector<FrameFiles> frames;
+    int lineNumber = 0;
+    for (std::string line; std::getline(in, line);) {
+        ++lineNumber;
+        std::istringstream words(line.substr(0, line.find('#')));
+        std::vector<std::string> word;
+        for (std::string w; words >> w;) word.push_back(w);
+        if (word.empty()) continue;
+        FrameFiles frame;
+        size_t at = 0;
+        if (word.size() > 1) frame.time = asNumber(word[0]);
+        if (frame.time) ++at;
+        frame.color = (folder / word[at++]).string();
+        if (frame.time && at < word.size()) ++at;  // the depth's own time
+        if (at < word.size()) frame.depth = (folder / word[at++]).string();
+        if (at != word.size())
+            failIo(name, ":", lineNumber,
+                   ": is not \"color\", \"color depth\", \"time color\" or "
+                   "\"time color time depth\"");
+        frames.push_back(frame);
+    }
+    if (frames.empty()) failIo(name, ": the list is empty");
+    return frames;
+}
+
+std::vector<FrameFiles> colorFiles(const std::string& name) {
+    std::vector<FrameFiles> frames;
+    if (isList(name)) return readList(name);
+    if (fs::is_directory(name))
+        for (const std::string& file : imagesIn(name, false)) frames.push_back({file, "", timestampOf(file)});
+    else if (fs::exists(name))
+        frames.push_back({name, "", timestampOf(name)});
+    else if (patternIn(name))
+        for (const auto& [number, file] : matching(name)) frames.push_back({file, "", {}});
+    else if (name.find_first_of("*?") != std::string::npos)
+        for (const std::string& file : globbed(name)) frames.push_back({file, "", timestampOf(file)});
+    else
+        frames.push_back({name, "", {}});  // reading it says what is wrong
+    return frames;
+}
+
+struct DepthFile {
+    std::string path;
+    std::optional<double> time;
+};
+
+std::vector<FrameFiles> pairByNearestTime(const std::vector<FrameFiles>& frames,
+                                          const std::vector<DepthFile>& depths, const std::string& name) {
+    // Closest pairs first, each file once.
+    struct Candidate {
+        double apart;
+        size_t frame, depth;
+    };
+    std::vector<Candidate> candidates;
+    for (size_t f = 0; f < frames.size(); ++f)
+        for (size_t d = 0; d < depths.size(); ++d) {
+            const double apart = std::abs(*frames[f].time - *depths[d].time);
+            if (apart <= mostApart) candidates.push_back({apart, f, d});
+        }
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.apart < b.apart; });
+    std::vector<int> depthOf(frames.size(), -1);
+    std::vector<bool> taken(depths.size());
+    for (const Candidate& c : candidates)
+        if (depthOf[c.frame] < 0 && !taken[c.depth]) {
+            depthOf[c.frame] = int(c.depth);
+            taken[c.depth] = true;
+        }
+    std::vector<FrameFiles> paired;
+    for (size_t f = 0; f < frames.size(); ++f) {
+        if (depthOf[f] < 0) continue;
+        paired.push_back(frames[f]);
+        paired.back().depth = depths[depthOf[f]].path;
+    }
+    if (paired.empty()) failIo(name, ": no depth lies within .02 s of a frame");
+    return paired;
+}
+
+/// By equal stem, else by number, else by time.
+std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vector<DepthFile>& depths,
+                                 const std::string& name) {
+    std::map<std::string, std::string> byStem;
+    std::map<long, std::string> byNumber;
+    for (const DepthFile& d : depths) {
+        byStem[depthStem(d.path)] = d.path;
+        if (const auto number = numberOf(d.path)) byNumber[*number] = d.path;
+    }
+    const auto allHave = [&](auto&& depthOf) {
+        return std::all_of(frames.begin(), frames.end(),
+                           [&](const FrameFiles& f) { return !depthOf(f).empty(); });
+    };
+    const auto stemDepth = [&](const FrameFiles& f) {
+        const auto found = byStem.find(stemOf(f.color));
+        return found == byStem.end() ? std::string() : found->second;
+    };
+    const auto numberDepth = [&](const FrameFiles& f) {
+        const auto number = numberOf(f.color);
+        const auto found = number ? byNumber.find(*number) : byNumber.end();
+        return found == byNumber.end() ? std::string() : found->second;
+    };
+    const bool timed =
+        std::all_of(frames.begin(), frames.end(), [](const FrameFiles& f) { return bool(f.time); }) &&
+        std::all_of(depths.begin(), depths.end(), [](const DepthFile& d) { return bool(d.time); });
+    if (allHave(stemDepth)) {
+        for (FrameFiles& f : frames) f.depth = stemDepth(f);
+        return frames;
+    }
+    if (timed) return pairByNearestTime(frames, depths, name);
+    const bool numbersDiffer = byNumber.size() == depths.size();
+    if (numbersDiffer && allHave(numberDepth)) {
+        for (FrameFiles& f : frames) f.depth = numberDepth(f);
+        return frames;
+    }
+    for (const FrameFiles& f : frames)
+        if (stemDepth(f).empty())
+            failIo(f.color, ": ", name, " holds no depth of the same name, number or time");
+    return frames;
+}
+
+std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const std::string& depth) {
+    std::vector<FrameFiles> paired = frames;
+    if (depth.find("{stem}") != std::string::npos) {
+        for (FrameFiles& f : paired) f.depth = depthFileFor(f.color, depth);
+        return paired;
+    }
+    if (isList(depth) || fs::is_directory(depth)) {
+        std::vector<DepthFile> depths;
+        if (isList(depth))
+            for (const FrameFiles& d : readList(depth)) depths.push_back({d.color, d.time});
+        else
+            for (const std::string& file : imagesIn(depth, true)) depths.push_back({file, timestampOf(file)});
+        return pairWith(paired, depths, depth);
+    }
+    if (!fs::exists(depth) && patternIn(depth)) {
+        const std::map<long, std::string> files = matching(depth);
+        for (FrameFiles& f : paired) {
+            const std::optional<long> number = numberOf(f.color);
+            const auto found = number ? files.find(*number) : files.end();
+            if (found == files.end())
+                failIo(f.color, ": has no depth ", number ? filled(*patternIn(depth), *number) : depth);
+            f.depth = found->second;
+        }
+        return paired;
+    }
+    if (frames.size() > 1)
+        failIo(depth, ": one depth file for ", frames.size(),
+               " frames; name a pattern such as 'depth/{stem}.png', or a folder");
+    paired.front().depth = depth;
+    return paired;
+}
+
+}  // namespace
+
+std::vector<FrameFiles> expandFrames(const std::vector<std::string>& names, const std::string& depth) {
+    std::vector<FrameFiles> frames;
+    for (const std::string& name : names)
+        for (const FrameFiles& frame : colorFiles(name)) frames.push_back(frame);
+    if (!depth.empty()) frames = withDepth(frames, depth);
+    if (!frames.empty() && frames.front().time) {
+        const double first = *frames.front().time;
+        for (FrameFiles& f : frames)
+            if (f.time) *f.time -= first;
+    }
+    return frames;
+}
+
+FramePair readFrame(const FrameFiles& files, int index, const ReadOptions& options) {
+    ReadOptions withFiles = options;
+    if (!files.depth.empty()) withFiles.depth = files.depth;
+    FramePair frame = readFrame(files.color, withFiles);
+    frame.index = index;
+    if (files.time) frame.time = *files.time;
+    return frame;
+}
+
+}  // namespace brume
