@@ -152,12 +152,13 @@ BRUME_INLINE void raysTile(const View& v, const float* depth, int i0, float y, i
 
 // 5. Optical depth from the mean density held in opticalDepth[n]; sky and other endless ways apart.
 BRUME_INLINE void depthTile(const Constants& k, int n, int count, Tile& t) {
+    const float above = k.above[n], below = k.below[n], level = k.eyeDensity[n] * endlessWay;
+    float* opticalDepth = t.opticalDepth[n];
     for (int i = 0; i < count; i++) {
         const float L = t.L[i] < endlessWay ? t.L[i] : endlessWay, up = t.up[i];
-        const float vertical = up > 0.0f ? k.above[n] : k.below[n];
-        float sky = vertical / std::fabs(up);
-        sky = up == 0.0f ? k.eyeDensity[n] * endlessWay : sky;
-        t.opticalDepth[n][i] = t.L[i] > endlessWay ? sky : L * t.opticalDepth[n][i];
+        float sky = (up > 0.0f ? above : below) / std::fabs(up);
+        sky = up == 0.0f ? level : sky;
+        opticalDepth[i] = t.L[i] > endlessWay ? sky : L * opticalDepth[i];
     }
 }
 
