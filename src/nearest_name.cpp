@@ -5,6 +5,11 @@
 
 namespace brume {
 
+static std::string lower(std::string word) {
+    for (char& c : word) c = char(std::tolower((unsigned char)c));
+    return word;
+}
+
 static size_t editDistance(const std::string& a, const std::string& b) {
     std::vector<size_t> row(b.size() + 1);
     for (size_t j = 0; j <= b.size(); j++) row[j] = j;
@@ -12,7 +17,7 @@ static size_t editDistance(const std::string& a, const std::string& b) {
         size_t diagonal = row[0];
         row[0] = i;
         for (size_t j = 1; j <= b.size(); j++) {
-            size_t replaced = diagonal + (std::tolower(a[i - 1]) != std::tolower(b[j - 1]));
+            size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
             diagonal = row[j];
             row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
         }
@@ -25,8 +30,8 @@ std::string nearestName(const std::string& wrong, const std::vector<std::string>
     std::string best;
     size_t bestDistance = std::string::npos;
     for (const auto& candidate : candidates) {
-        size_t distance = editDistance(wrong, candidate);
-        bool isPart = wrong.size() >= 3 && candidate.find(wrong) != std::string::npos;
+        size_t distance = editDistance(lower(wrong), lower(candidate));
+        bool isPart = wrong.size() >= 3 && lower(candidate).find(lower(wrong)) != std::string::npos;
         if (isPart) distance = std::min(distance, wrong.size() / 2);
         if (distance < bestDistance) bestDistance = distance, best = candidate;
     }

@@ -7,8 +7,6 @@
 
 namespace brume {
 
-/// `guarded` is for checks: images that a plugin is to write start as NaN and lie between guard rows; run
-/// throws Error (CheckFailed) naming the step that wrote outside its output.
-std::unique_ptr<Runner> makeCpuRunner(bool guarded = false);
+std::unique_ptr<Runner> makeCpuRunner();
 
 }  // namespace brume

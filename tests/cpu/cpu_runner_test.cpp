@@ -1,0 +1,171 @@
+#include "cpu/cpu_runner.hpp"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "cpu/image_pool.hpp"
+#include "effect/preset.hpp"
+#include "error.hpp"
+
+using namespace brume;
+
+static FramePair frame(int width = 37, int height = 21) {
+    FramePair pair;
+    pair.name = "frame";
+    pair.color.create(height, width, CV_32FC4);
+    pair.depth.create(height, width, CV_32F);
+    cv::RNG random(7);
+    random.fill(pair.color, cv::RNG::UNIFORM, 0, 4);
+    random.fill(pair.depth, cv::RNG::UNIFORM, 1, 300);
+    pair.camera = Camera::withHorizontalView(pair.size(), 80);
+    return pair;
+}
+
+static const EffectRegistry& all() {
+    static const EffectRegistry registry(
+        {BRUME_BINARY_DIR "/tests/effects", BRUME_BINARY_DIR "/lib/brume/effects"});
+    return registry;
+}
+static Chain preset(const std::string& effects) {
+    return parsePreset("{\"effects\": [" + effects + "]}", "test", all());
+}
+
+static bool sameBits(const cv::Mat& a, const cv::Mat& b) {
+    return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
+}
+
+static const char* fog = R"({"effect": "depth_fog", "visibility": 90})";
+static const char* glow = R"({"effect": "blend", "mode": "add", "strength": 0.25})";
+
+TEST(CpuRunner, FusedStepsGiveTheBitsOfSeparateOnes) {
+    auto pair = frame(300, 200);
+    auto runner = makeCpuRunner();
+    auto fused = runner->run(preset(std::string(fog) + "," + glow + "," + fog), pair, {"transmittance"});
+    ASSERT_EQ(fused.timings.size(), 1u) << "one pass over memory";
+    EXPECT_EQ(fused.timings[0].name, "depth_fog+blend+depth_fog2");
+
+    auto one = runner->run(preset(fog), pair, {"transmittance"});
+    auto second = pair;
+    second.color = one.images["color"].clone();
+    second.images["first"] = pair.color;
+    auto two = runner->run(
+        preset(R"({"effect": "blend", "mode": "add", "strength": 0.25, "second": "captured"})"), second, {});
+    // `captured` of the second run is the fogged picture; the fused chain adds the original: so do it by
+    // hand.
+    cv::Mat sum = one.images["color"].clone();
+    for (int k = 0; k < sum.rows * sum.cols; k++)
+        for (int n = 0; n < 3; n++) sum.ptr<cv::Vec4f>()[k][n] += pair.color.ptr<cv::Vec4f>()[k][n] * .25f;
+    second.color = sum;
+    auto three = runner->run(preset(fog), second, {"transmittance"});
+    EXPECT_TRUE(sameBits(fused.images["color"], three.images["color"]));
+    cv::Mat product = one.images["transmittance"].mul(three.images["transmittance"]);
+    EXPECT_TRUE(sameBits(fused.images["transmittance"], product));
+}
+
+TEST(CpuRunner, AnyNumberOfThreadsGivesTheSameBits) {
+    auto pair = frame(301, 97);
+    auto chain = preset(std::string(fog) + "," + glow);
+    int threads = cv::getNumThreads();
+    cv::setNumThreads(1);
+    auto one = makeCpuRunner()->run(chain, pair, {});
+    cv::setNumThreads(7);
+    auto seven = makeCpuRunner()->run(chain, pair, {});
+    cv::setNumThreads(threads);
+    EXPECT_TRUE(sameBits(one.images["color"], seven.images["color"]));
+}
+
+TEST(CpuRunner, NeverChangesTheCapturedFrame) {
+    auto pair = frame();
+    cv::Mat before = pair.color.clone();
+    auto runner = makeCpuRunner();
+    auto result = runner->run(preset(std::string(fog) + "," + fog), pair, {"captured"});
+    EXPECT_TRUE(sameBits(before, pair.color));
+    EXPECT_TRUE(sameBits(before, result.images["captured"]));
+    EXPECT_FALSE(sameBits(before, result.images["color"]));
+}
+
+TEST(CpuRunner, AResultSurvivesTheNextRun) {
+    auto pair = frame();
+    auto runner = makeCpuRunner();
+    auto first = runner->run(preset(fog), pair, {});
+    cv::Mat copy = first.images["color"].clone();
+    auto second = runner->run(preset(glow), pair, {});
+    EXPECT_TRUE(sameBits(first.images["color"], copy));
+    EXPECT_FALSE(sameBits(first.images["color"], second.images["color"]));
+}
+
+TEST(CpuRunner, NamedImagesKeepTheirSizeAndReadersResample) {
+    auto pair = frame(37, 21);
+    auto runner = makeCpuRunner();
+    auto result = runner->run(preset(R"({"effect": "halve", "output": "small"},
+        {"effect": "blend", "second": "small", "mode": "mix", "strength": 1})"),
+                              pair, {"small"});
+    EXPECT_EQ(result.images["small"].size(), cv::Size(19, 11));
+    EXPECT_EQ(result.images["color"].size(), cv::Size(37, 21));
+    pair.color.setTo(cv::Scalar(.25, .5, .75, 1));
+    result = runner->run(
+        preset(R"({"effect": "halve", "output": "small"}, {"effect": "blend", "second": "small"})"), pair,
+        {});
+    EXPECT_LT(cv::norm(result.images["color"], pair.color, cv::NORM_INF), 1e-7) << "resampling keeps a constant";
+}
+
+TEST(CpuRunner, ReadsTransmittanceWhereAStepAsksForIt) {
+    auto pair = frame();
+    auto runner = makeCpuRunner();
+    auto result = runner->run(preset(std::string(fog) + R"(,{"effect": "blend", "second": "transmittance"})"),
+                              pair, {"transmittance"});
+    cv::Mat t = result.images["transmittance"], color = result.images["color"];
+    for (int k = 0; k < t.rows * t.cols; k++)
+        for (int n = 0; n < 3; n++) EXPECT_EQ(t.ptr<cv::Vec4f>()[k][n], color.ptr<cv::Vec4f>()[k][n]);
+    EXPECT_EQ(runner->run(preset(glow), pair, {"transmittance"}).images["transmittance"].at<cv::Vec4f>(3, 3),
+              cv::Vec4f(1, 1, 1, 1));
+}
+
+TEST(CpuRunner, EveryPartOfTheContractMatchesItsReference) {
+    auto pair = frame(13, 11);
+    auto runner = makeCpuRunner();
+    for (const char* method : {"fragment", "compute"}) {
+        auto chain = preset(
+            std::string(
+                R"({"effect": "contract", "lamps": [{"range": 2, "shift": [0.5, -0.5]}, {"enabled": false}], "method": ")") +
+            method + "\"}");
+        auto result = runner->run(chain, pair, {});
+        const auto& step = chain.steps[0];
+        auto params = step.effect->plugin->makeParams(step.values);
+        ReferenceContext context;
+        context.camera = pair.camera, context.frameSize = pair.size(), context.input = pair.color,
+        context.depth = pair.depth;
+        std::vector<cv::Point> pixels = {{0, 0}, {12, 10}, {5, 7}};
+        std::vector<ReferencePixel> truth(3);
+        step.effect->plugin->reference(params, context, pixels, truth);
+        for (int k = 0; k < 3; k++)
+            for (int n = 0; n < 4; n++)
+                EXPECT_NEAR(result.images["color"].at<cv::Vec4f>(pixels[k])[n], truth[k].color[n],
+                            2e-6 * truth[k].scale);
+    }
+}
+
+TEST(CpuRunner, APluginsExceptionNamesIt) {
+    auto pair = frame();
+    try {
+        makeCpuRunner()->run(preset(R"({"effect": "throws"})"), pair, {});
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(), "throws: the plugin failed: out of fog");
+    }
+}
+
+TEST(CpuRunner, SaysWhichImageIsMissing) {
+    EXPECT_THROW(makeCpuRunner()->run(preset(fog), frame(), {"lights"}), Error);
+}
+
+TEST(ImagePool, GivesMemoryBackOnlyWhenNobodyHoldsIt) {
+    ImagePool pool;
+    cv::Mat a = pool.take({8, 8}, CV_32FC4);
+    const uchar* first = a.data;
+    cv::Mat b = pool.take({8, 8}, CV_32FC4);
+    EXPECT_NE(b.data, first);
+    a.release();
+    EXPECT_EQ(pool.take({8, 8}, CV_32FC4).data, first);
+}

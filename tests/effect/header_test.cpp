@@ -1,0 +1,97 @@
+#include "effect/header.hpp"
+
+#include <gtest/gtest.h>
+
+#include "error.hpp"
+
+using namespace brume;
+
+static std::string mistake(const std::string& json) {
+    try {
+        parseHeader("fog.fs", "/*" + json + "*/\nvoid main() {}\n");
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::Usage);
+        return error.what();
+    }
+    return "accepted";
+}
+static bool has(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+TEST(Header, ReadsWhatItDeclares) {
+    auto header = parseHeader("some/where/blur.fs", R"(/*{
+      "SPACE": "linear", "DESCRIPTION": "d", "WRITES": ["transmittance"], // comments are allowed
+      "INPUTS": [{"NAME": "inputImage", "TYPE": "image"},
+                 {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["fir", "recursive"], "DEFAULT": "auto", "AUTO": true}],
+      "DERIVED": [{"NAME": "taps", "TYPE": "array", "SIZE": "$count + 1", "FROM": ["method", "camera"]},
+                  {"NAME": "count", "TYPE": "int", "FROM": ["method"]}],
+      "PASSES": [{"TARGET": "half", "WIDTH": "$WIDTH/2", "HEIGHT": 10, "WHEN": "$method == $method_fir", "REPEAT": "2",
+                  "COMPUTE": {"LOCAL_SIZE": [64], "OVER": ["$HEIGHT", 1]}}, {}],
+      "TOLERANCE": {"REL": 3e-5, "MEASURED": 0.4, "REASON": "r"}, "CHART": {"METHODS": []}
+    }*/
+void main() {}
+)");
+    EXPECT_EQ(header.name, "blur");
+    EXPECT_TRUE(header.linear && header.writesTransmittance && !header.pointwise);
+    EXPECT_EQ(header.mainImage(), "inputImage");
+    EXPECT_TRUE(header.parameters[1].defaultValue.automatic);
+    EXPECT_EQ(header.passes.size(), 2u);
+    EXPECT_EQ(header.passes[0].compute->localSize[0], 64);
+    EXPECT_EQ(header.passes[0].compute->localSize[1], 1);
+    EXPECT_EQ(header.passes[0].height.evaluate({}), 10);
+    auto variables = expressionVariables(header, defaultValues(header.parameters));
+    EXPECT_EQ(header.passes[0].when.evaluate(variables), 1);
+    EXPECT_EQ(header.derived[0].size[0].evaluate({{"count", 4}}), 5);
+    EXPECT_EQ(header.tolerance.rel, 3e-5);
+    EXPECT_EQ(header.tolerance.abs, 1e-6);
+    EXPECT_EQ(header.bodyLine, 10);
+    EXPECT_TRUE(header.chart);
+}
+
+TEST(Header, NamesFileKeyAndNearestMatch) {
+    EXPECT_TRUE(has(mistake(R"({"SPACE": "linear", "INPUT": []})"),
+                    "fog.fs: unknown key 'INPUT' (did you mean 'INPUTS'?)"));
+    EXPECT_TRUE(has(mistake("{\"SPACE\": \"linear\",\n\n oops}"), "fog.fs:3: the description is not JSON"));
+    auto input = [](const std::string& rest) {
+        return R"({"SPACE": "linear", "INPUTS": [{"NAME": "a", )" + rest + "}]}";
+    };
+    EXPECT_TRUE(has(mistake(input(R"("TYPE": "flaot", "DEFAULT": 0)")),
+                    "INPUTS: 'a': unknown TYPE 'flaot' (did you mean 'float'?)"));
+    EXPECT_TRUE(has(mistake(input(R"("TYPE": "float")")), "DEFAULT is missing"));
+    EXPECT_TRUE(has(mistake(input(R"("TYPE": "float", "DEFAULT": 3, "MAX": 2)")), "3 is out of range"));
+    EXPECT_TRUE(has(mistake(input(R"("TYPE": "float", "DEFAULT": 3, "MIN": 4, "MAX": 2)")), "MIN is larger"));
+    EXPECT_TRUE(has(mistake(input(R"("TYPE": "long", "DEFAULT": 0, "VALUES": [0, 1], "LABELS": ["x"])")),
+                    "2 VALUES but 1 LABELS"));
+    EXPECT_TRUE(has(mistake(input(R"("TYPE": "list", "MAX": 3)")), "needs FIELDS"));
+    EXPECT_TRUE(
+        has(mistake(R"({"SPACE": "linear", "DERIVED": [{"NAME": "k", "TYPE": "float", "FROM": ["x"]}]})"),
+            "FROM names 'x'"));
+    EXPECT_TRUE(has(mistake(R"({"SPACE": "linear", "PASSES": [{"TARGET": "t"}]})"),
+                    "the last pass must have no TARGET"));
+    EXPECT_TRUE(has(mistake(R"({"SPACE": "linear", "PASSES": [{"WIDTH": "$WIDTH//2"}]})"),
+                    "PASSES[0]: WIDTH: size expression"));
+    EXPECT_TRUE(has(mistake(R"({"SPACE": "linear", "WRITES": ["depth"]})"), "WRITES may only hold"));
+    EXPECT_TRUE(has(mistake(R"({"SPACE": "gamma"})"), "SPACE must be"));
+}
+
+TEST(Header, AForeignFileMayBeSloppy) {
+    auto header = parseHeader("isf.fs", R"(/*{ "CATEGORIES": null, "SOMETHING": 1, "ISFVSN": 2, "INPUTS": [
+        {"NAME": "inputImage", "TYPE": "image"}, {"NAME": "amount", "TYPE": "float", "MIN": 0, "MAX": 2},
+        {"NAME": "go", "TYPE": "event"}, {"NAME": "tint", "TYPE": "color", "DEFAULT": [1, 0, 0]},
+        {"NAME": "flag", "TYPE": "bool", "DEFAULT": 1}, {"NAME": "n", "TYPE": "long", "VALUES": ["3", 4], "LABELS": ["a"]}]
+    }*/
+void main() { gl_FragColor = vec4(1.0); })");
+    EXPECT_FALSE(header.linear);
+    EXPECT_EQ(header.passes.size(), 1u);
+    EXPECT_EQ(findParameter(header.parameters, "flag")->defaultValue.numbers, std::vector<double>{1});
+    EXPECT_EQ(findParameter(header.parameters, "n")->values, (std::vector<long>{3, 4}));
+}
+
+TEST(Header, RefusesWhatIsNoEffect) {
+    for (const char* text :
+         {"", "void main() {}", "/* no json */ void main() {}", "/* { ", "/*[]*/", "/*{*/"})
+        EXPECT_THROW(parseHeader("x.fs", text), Error) << text;
+    std::string deep(100000, '[');
+    EXPECT_THROW(parseHeader("x.fs", "/*{\"a\":" + deep + "}*/"), Error);
+}
