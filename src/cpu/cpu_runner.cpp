@@ -26,6 +26,8 @@ struct Bound {
 
 class CpuRunner final : public Runner {
   public:
+    explicit CpuRunner(bool guarded) : pool_(guarded) {}
+
     std::string describe() const override { return text("CPU, ", cv::getNumThreads(), " threads"); }
     Backend backend() const override { return Backend::Cpu; }
 
@@ -140,6 +142,9 @@ class CpuRunner final : public Runner {
         const cv::Mat& written = bound[0].context.output;
         if (written.data != output.data || written.size() != size || written.type() != CV_32FC4)
             throw Error(ErrorKind::CheckFailed, text(first.id, ": the plugin replaced its output image"));
+        if (!pool_.guardsAreWhole())
+            throw Error(ErrorKind::CheckFailed,
+                        text(first.id, ": the plugin wrote outside its output image"));
         images_[group.back()->output] = output;
     }
 
@@ -174,6 +179,6 @@ class CpuRunner final : public Runner {
 
 }  // namespace
 
-std::unique_ptr<Runner> makeCpuRunner() { return std::make_unique<CpuRunner>(); }
+std::unique_ptr<Runner> makeCpuRunner(bool guarded) { return std::make_unique<CpuRunner>(guarded); }
 
 }  // namespace brume

@@ -7,6 +7,8 @@
 
 namespace brume {
 
-std::unique_ptr<Runner> makeCpuRunner();
+/// `guarded` is for checks: images that a plugin is to write start as NaN and lie between guard rows; run
+/// throws Error (CheckFailed) naming the step that wrote outside its output.
+std::unique_ptr<Runner> makeCpuRunner(bool guarded = false);
 
 }  // namespace brume

@@ -8,10 +8,18 @@ namespace brume {
 
 class ImagePool {
   public:
+    /// With guards every image starts as NaN and has rows above and below that nobody may write.
+    explicit ImagePool(bool guarded = false) : guarded_(guarded) {}
+
     /// An image of that size and type, contents undefined, that no one else refers to.
     cv::Mat take(cv::Size size, int type);
+    /// False once anybody wrote a guard row; always true without guards.
+    bool guardsAreWhole() const;
 
   private:
+    cv::Mat allocate(cv::Size size, int type) const;
+
+    bool guarded_;
     std::vector<cv::Mat> images_;
 };
 

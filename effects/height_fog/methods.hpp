@@ -1,0 +1,92 @@
+// height_fog's CPU methods: the mean of one channel's density between the eye's height (0) and y, in 1/m.
+// Numbered as in height_fog.fs; in double for the tests of convergence. Each is to be inlined into a loop
+// over a row.
+#pragma once
+
+#include "common/profiles.hpp"
+#include "height_fog/params.hpp"
+
+namespace brume::height_fog {
+
+// 2. Ramp: over each linear piece, the density half-way, weighted by how much of the way lies in it.
+template <class Real>
+struct Ramp {
+    Real y[4], density[4], slope[4];  ///< the last slope unused
+
+    BRUME_INLINE Real at(Real h) const {
+        Real rho = density[0];
+        for (int k = 0; k < 3; k++) {
+            const Real inside = h < y[k] ? y[k] : (h > y[k + 1] ? y[k + 1] : h);
+            rho += slope[k] * (inside - y[k]);
+        }
+        return rho;
+    }
+    BRUME_INLINE Real mean(Real h, Real eyeDensity) const {
+        const Real low = h < Real(0) ? h : Real(0), high = h < Real(0) ? Real(0) : h;
+        const Real way = high - low;
+        Real sum = positive((high < y[0] ? high : y[0]) - low) * density[0];
+        for (int k = 0; k < 3; k++) {
+            const Real from = low > y[k] ? low : y[k], to = high < y[k + 1] ? high : y[k + 1];
+            const Real middle = Real(0.5) * (from + to) - y[k];
+            sum += positive(to - from) * (density[k] + slope[k] * middle);
+        }
+        sum += positive(high - (low > y[3] ? low : y[3])) * density[3];
+        return way < Real(1e-30) ? eyeDensity : sum / way;
+    }
+    BRUME_INLINE static Real positive(Real x) { return x > Real(0) ? x : Real(0); }
+};
+
+// 3. Table: whole cells from the integral, the rest by the cell's own rule. Arrays hold RGB_ a node.
+template <class Real>
+struct TableView {
+    const Real *density, *cellMean, *integral;
+    int nodes;
+    Real first, step;
+
+    BRUME_INLINE int cellOf(Real y) const {
+        const Real cell = std::floor((y - first) / step);
+        return int(cell < Real(-1) ? Real(-1) : (cell > Real(nodes - 1) ? Real(nodes - 1) : cell));
+    }
+    BRUME_INLINE Real nodeAt(int cell) const { return first + Real(cell) * step; }
+    BRUME_INLINE Real part(Real y, int cell) const {
+        const Real t = (y - nodeAt(cell)) / step;
+        return t < Real(0) ? Real(0) : (t > Real(1) ? Real(1) : t);
+    }
+    // 3.1 the mean inside one cell, between two heights
+    template <int method>
+    BRUME_INLINE Real insideMean(int n, int cell, Real y0, Real y1) const {
+        if (cell < 0) return density[n];
+        if (cell >= nodes - 1) return density[4 * (nodes - 1) + n];
+        const Real a = density[4 * cell + n], b = density[4 * cell + 4 + n], m = cellMean[4 * cell + n];
+        if (method == tableLinear) return m;
+        const Real t0 = (y0 - nodeAt(cell)) / step, t1 = (y1 - nodeAt(cell)) / step,
+                   t = Real(0.5) * (t0 + t1);
+        if (method != tableHermite) return a + (b - a) * t;
+        // the derivative of the cubic through both integrals and slopes, averaged exactly by Simpson's rule
+        auto slope = [&](Real s) {
+            return m * (Real(6) * s * (Real(1) - s)) + a * ((Real(1) - s) * (Real(1) - Real(3) * s)) +
+                   b * (s * (Real(3) * s - Real(2)));
+        };
+        const Real mean = (slope(t0) + Real(4) * slope(t) + slope(t1)) / Real(6);
+        return mean > Real(0) ? mean : Real(0);
+    }
+    template <int method>
+    BRUME_INLINE Real mean(int n, Real y) const {
+        const int eye = cellOf(Real(0)), cell = cellOf(y);
+        if (cell == eye) return insideMean<method>(n, cell, Real(0), y);
+        const int node = cell > eye ? cell : cell + 1;
+        const Real from = nodeAt(node);
+        const Real mean = (integral[4 * node + n] + (y - from) * insideMean<method>(n, cell, from, y)) / y;
+        return mean > Real(0) ? mean : Real(0);  // a cubic through too few nodes can dip below
+    }
+};
+
+// 4. March: the mean of ρ at the middles of equal steps.
+template <class Real, class Density>
+BRUME_INLINE Real marchMean(Real y, int steps, const Density& densityAt) {
+    Real sum = 0;
+    for (int k = 0; k < steps; k++) sum += densityAt(y * ((Real(k) + Real(0.5)) / Real(steps)));
+    return sum / Real(steps);
+}
+
+}  // namespace brume::height_fog

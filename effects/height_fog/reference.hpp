@@ -1,0 +1,153 @@
+// height_fog's truth: the integral of P3's eq 7 in fp64 by adaptive Gauss-Kronrod quadrature, split at the
+// profile's breakpoints.
+#pragma once
+
+#include <boost/math/quadrature/gauss_kronrod.hpp>
+#include <vector>
+
+#include "effect/plugin.hpp"
+#include "height_fog/params.hpp"
+
+namespace brume::height_fog {
+
+inline double referenceDensity(const HeightFog& p, double y, int n) {
+    if (p.profile == Profile::exponential) {
+        double sum = 0;
+        if (p.density > 0)
+            sum +=
+                p.tint[n] * std::exp(std::min(60., std::log(double(p.density)) - p.falloff * (y - p.height)));
+        if (p.density2 > 0)
+            sum += p.tint2[n] *
+                   std::exp(std::min(60., std::log(double(p.density2)) - p.falloff2 * (y - p.height2)));
+        return sum;
+    }
+    // The points round y, whatever their order; the nearest one beyond the ends.
+    double below = -HUGE_VAL, above = HUGE_VAL, densityBelow = 0, densityAbove = 0;
+    auto point = [&](double height, double density) {
+        if (height <= y && height >= below) below = height, densityBelow = density;
+        if (height > y && height < above) above = height, densityAbove = density;
+    };
+    if (p.profile == Profile::ramp)
+        for (const auto& r : p.ramp) point(r.height, double(r.density) * r.tint[n]);
+    const double bottom = std::min(p.tableBottom, p.tableTop), top = std::max(p.tableBottom, p.tableTop);
+    if (p.profile == Profile::table)
+        for (size_t k = 0; k < p.table.size(); k++)
+            point(p.table.size() > 1 ? bottom + (top - bottom) * double(k) / double(p.table.size() - 1)
+                                     : bottom,
+                  double(p.table[k].density) * p.table[k].tint[n]);
+    if (below == -HUGE_VAL) return densityAbove;
+    if (above == HUGE_VAL) return densityBelow;
+    return densityBelow + (densityAbove - densityBelow) * (y - below) / (above - below);
+}
+
+// Heights at which the profile changes its form, or (exponential) its size by e³.
+inline std::vector<double> breakpoints(const HeightFog& p, double low, double high) {
+    std::vector<double> at = {low, high};
+    auto add = [&](double y) {
+        if (y > low && y < high) at.push_back(y);
+    };
+    if (p.profile == Profile::exponential)
+        for (double k : {double(p.falloff), double(p.falloff2)})
+            for (int e = 1; k > 0 && e <= 20; e++) add(low + 3 * e / k);
+    for (const auto& r : p.ramp) add(r.height);
+    const double bottom = std::min(p.tableBottom, p.tableTop), top = std::max(p.tableBottom, p.tableTop);
+    for (size_t k = 0; k < p.table.size(); k++)
+        add(p.table.size() > 1 ? bottom + (top - bottom) * double(k) / double(p.table.size() - 1) : bottom);
+    std::sort(at.begin(), at.end());
+    return at;
+}
+
+inline double referenceIntegral(const HeightFog& p, double low, double high, int n) {
+    using Quadrature = boost::math::quadrature::gauss_kronrod<double, 15>;
+    const std::vector<double> at = breakpoints(p, low, high);
+    double sum = 0;
+    for (size_t k = 0; k + 1 < at.size(); k++)
+        if (at[k + 1] > at[k])
+            sum += Quadrature::integrate([&](double y) { return referenceDensity(p, y, n); }, at[k],
+                                         at[k + 1], 5, 1e-12);
+    return sum;
+}
+
+// Where nothing is left of an exponential, or of a ramp that ends at 0; HUGE_VAL if the fog never ends.
+inline double topOfFog(const HeightFog& p, double y, int n) {
+    double top = y;
+    if (p.profile != Profile::exponential) {
+        for (const auto& r : p.ramp) top = std::max(top, double(r.height));
+        top = std::max({top, double(p.tableBottom), double(p.tableTop)});
+        return referenceDensity(p, top + 1, n) > 0 ? HUGE_VAL : top;
+    }
+    if (p.density * p.tint[n] > 0) top = std::max(top, p.falloff > 0 ? y + 60. / p.falloff : HUGE_VAL);
+    if (p.density2 * p.tint2[n] > 0) top = std::max(top, p.falloff2 > 0 ? y + 60. / p.falloff2 : HUGE_VAL);
+    return top;
+}
+inline double bottomOfFog(const HeightFog& p, double y, int n) {
+    if (p.profile == Profile::exponential)
+        return p.density * p.tint[n] > 0 || p.density2 * p.tint2[n] > 0 ? -HUGE_VAL : y;
+    double bottom = y;
+    for (const auto& r : p.ramp) bottom = std::min(bottom, double(r.height));
+    bottom = std::min({bottom, double(p.tableBottom), double(p.tableTop)});
+    return referenceDensity(p, bottom - 1, n) > 0 ? -HUGE_VAL : bottom;
+}
+
+/// τ of the way of length L (inf: sky) from height `eye`, climbing `up` a metre.
+inline double referenceDepth(const HeightFog& p, double eye, double L, double up, int n) {
+    if (L == 0) return 0;
+    if (std::isinf(L)) {
+        if (up == 0) return referenceDensity(p, eye, n) > 0 ? HUGE_VAL : 0;
+        const double end = up > 0 ? topOfFog(p, eye, n) : bottomOfFog(p, eye, n);
+        if (std::isinf(end)) return HUGE_VAL;
+        return referenceIntegral(p, std::min(eye, end), std::max(eye, end), n) / std::abs(up);
+    }
+    const double dy = L * up;
+    if (std::abs(dy) <= 1e-9 * std::max(1., std::abs(eye))) return L * referenceDensity(p, eye + .5 * dy, n);
+    return referenceIntegral(p, std::min(eye, eye + dy), std::max(eye, eye + dy), n) * L / std::abs(dy);
+}
+
+/// The methods that only approximate it, in fp64 and as the papers write them: how far each may be off.
+class ApproximateDepth {
+  public:
+    explicit ApproximateDepth(const HeightFog& p) : p_(p) {
+        if (p.method != tableLinear && p.method != tableHermite) return;
+        bottom_ = std::min(p.tableBottom, p.tableTop);
+        cells_ = std::max(2, p.tableSize) - 1;
+        step_ = std::max((std::max(p.tableBottom, p.tableTop) - bottom_) / cells_, 1e-9);
+        G_.resize(cells_ + 1);
+        for (int k = 0; k < cells_; k++)
+            for (int n = 0; n < 3; n++)
+                G_[k + 1][n] = G_[k][n] + referenceIntegral(p, nodeAt(k), nodeAt(k + 1), n);
+    }
+    bool isExact() const { return G_.empty() && p_.method != march; }
+
+    double operator()(double eye, double L, double up, int n) const {
+        const double dy = L * up;
+        if (p_.method == march) {
+            double sum = 0;
+            for (int k = 0; k < p_.steps; k++) sum += referenceDensity(p_, eye + dy * (k + .5) / p_.steps, n);
+            return L * sum / p_.steps;
+        }
+        const double away =
+            std::abs(dy) > 1e-5 * step_ ? dy : 1e-5 * step_;  // the slope where the way is level
+        return std::max(0., L * (integral(eye + away, n) - integral(eye, n)) / away);
+    }
+
+  private:
+    double nodeAt(int k) const { return bottom_ + k * step_; }
+    double integral(double y, int n) const {
+        if (y <= bottom_) return (y - bottom_) * referenceDensity(p_, bottom_, n);
+        if (y >= nodeAt(cells_))
+            return G_[cells_][n] + (y - nodeAt(cells_)) * referenceDensity(p_, nodeAt(cells_), n);
+        const int k = std::min(int((y - bottom_) / step_), cells_ - 1);
+        const double t = (y - nodeAt(k)) / step_, a = G_[k][n], b = G_[k + 1][n];
+        if (p_.method == tableLinear) return a + (b - a) * t;
+        const double s0 = step_ * referenceDensity(p_, nodeAt(k), n),
+                     s1 = step_ * referenceDensity(p_, nodeAt(k + 1), n);
+        return a + (b - a) * t * t * (3 - 2 * t) + s0 * t * (1 - t) * (1 - t) + s1 * t * t * (t - 1);
+    }
+
+    HeightFog p_;
+    double bottom_ = 0, step_ = 1;
+    int cells_ = 0;
+    std::vector<cv::Vec3d> G_;
+};
+
+}  // namespace brume::height_fog
