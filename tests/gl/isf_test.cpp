@@ -1,0 +1,97 @@
+// Foreign ISF files: what their text says is what comes out.
+#include <cmath>
+
+#include "gl_fixture.hpp"
+
+namespace brume {
+namespace {
+
+using IsfTest = OnBothPlatforms;
+BOTH_PLATFORMS(IsfTest);
+
+double encoded(double x) { return x <= .0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - .055; }
+double decoded(double x) {
+    x = std::max(x, 0.);
+    return x <= .04045 ? x / 12.92 : std::pow((x + .055) / 1.055, 2.4);
+}
+
+// GLSL's pow may err by some 1e-6 relative; the same twice, and once more in the shader.
+constexpr double closeness = 4e-6;
+
+TEST_P(IsfTest, TheOriginIsAtTheBottomLeft) {
+    const FramePair frame = probeFrame();
+    const cv::Mat color =
+        runner()->run(chainOf({stepOf(fixture("isf_origin.fs"))}), frame, {}).images.at("color");
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 6; i++) {
+            const cv::Vec4f got = color.at<cv::Vec4f>(j, i);
+            if (i < 3) {
+                EXPECT_NEAR(got[0], decoded((i + .5) / 6), closeness);
+                EXPECT_NEAR(got[1], decoded((4 - j - .5) / 4), closeness);
+            } else {
+                for (int c = 0; c < 4; c++)
+                    EXPECT_NEAR(got[c], frame.color.at<cv::Vec4f>(j, 5 - i)[c], closeness) << i << ", " << j;
+            }
+        }
+}
+
+TEST_P(IsfTest, ColoursArriveEncodedAndLeaveDecoded) {
+    FramePair frame = probeFrame(16, 8);
+    frame.color = randomImage(16, 8);
+    const cv::Mat color =
+        runner()->run(chainOf({stepOf(fixture("isf_invert.fs"))}), frame, {}).images.at("color");
+    for (int j = 0; j < 8; j++)
+        for (int i = 0; i < 16; i++)
+            for (int c = 0; c < 4; c++) {
+                const double in = frame.color.at<cv::Vec4f>(j, i)[c];
+                EXPECT_NEAR(color.at<cv::Vec4f>(j, i)[c], c == 3 ? in : decoded(1 - encoded(in)), closeness);
+            }
+}
+
+TEST_P(IsfTest, BrightAndBlackPixelsPassUnchangedThroughAnIdentity) {
+    FramePair frame = probeFrame(16, 8);
+    frame.color = randomImage(16, 8, 1000);
+    frame.color.at<cv::Vec4f>(0, 0) = {0, 0, 0, 0};
+    Step step = stepOf(fixture("isf_invert.fs"));
+    step.values["amount"].numbers = {0};
+    const cv::Mat color = runner()->run(chainOf({step}), frame, {}).images.at("color");
+    EXPECT_EQ(color.at<cv::Vec4f>(0, 0), cv::Vec4f(0, 0, 0, 0));
+    EXPECT_LE(largestDifference(color / 1000, frame.color / 1000), closeness);
+}
+
+TEST_P(IsfTest, GlslOfTheOlderEraCompiles) {
+    const FramePair frame = probeFrame();
+    const cv::Mat color =
+        runner()->run(chainOf({stepOf(fixture("isf_old_glsl.fs"))}), frame, {}).images.at("color");
+    const double tint[] = {1, .5, .25};
+    for (int c = 0; c < 3; c++)
+        EXPECT_NEAR(color.at<cv::Vec4f>(1, 1)[c], decoded(encoded(.25) * tint[c] * .5), closeness);
+    EXPECT_NEAR(color.at<cv::Vec4f>(3, 0)[2], decoded(.25 * .5), closeness);
+}
+
+TEST_P(IsfTest, TargetsHaveTheirSizeAndPrecision) {
+    const cv::Mat color = runner()
+                              ->run(chainOf({stepOf(fixture("isf_two_passes.fs"))}), probeFrame(10, 6), {})
+                              .images.at("color");
+    const cv::Vec4f fine = color.at<cv::Vec4f>(1, 1), coarse = color.at<cv::Vec4f>(1, 8);
+    EXPECT_NEAR(fine[0], decoded(float(4.0001) - 4), closeness);
+    EXPECT_NEAR(fine[1], decoded(.05), closeness);
+    EXPECT_NEAR(fine[2], decoded(.03), closeness);
+    EXPECT_NEAR(coarse[0], decoded(std::round(.31 * 255) / 255), closeness);
+    EXPECT_NEAR(coarse[1], 1, closeness);
+    EXPECT_EQ(coarse[2], 0);
+}
+
+TEST_P(IsfTest, PersistentBuffersOfVersionOneSurvive) {
+    const Step step = stepOf(fixture("isf_persistent.fs"));
+    auto gl = runner();
+    double red = 0;
+    for (int frame = 1; frame <= 3; frame++) {
+        red = std::round((red + .1) * 255) / 255;
+        const cv::Mat color = gl->run(chainOf({step}), probeFrame(), {}).images.at("color");
+        EXPECT_NEAR(color.at<cv::Vec4f>(0, 0)[0], decoded(red), closeness) << "frame " << frame;
+    }
+}
+
+}  // namespace
+}  // namespace brume
