@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
+#include "effect/sloppy_json.hpp"
 #include "error.hpp"
 #include "nearest_name.hpp"
 
@@ -45,12 +47,26 @@ bool flagOf(const json& object, const char* key) {
     if (found == object.end()) return false;
     if (found->is_boolean()) return found->get<bool>();
     if (found->is_number()) return found->get<double>() != 0;
-    return found->is_string() && (*found == "1" || *found == "true");
+    if (!found->is_string()) return false;
+    std::string word = found->get<std::string>();
+    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+    return word == "1" || word == "true" || word == "yes";
+}
+
+// Foreign files may leave out the dollar of a name.
+std::string withDollars(const std::string& expression) {
+    static const std::regex bare(R"((^|[^$\w.])([A-Za-z_]\w*)(?!\s*\(|\w))");
+    return std::regex_replace(expression, bare, "$1$$$2");
 }
 
 SizeExpression expressionOf(const json& object, const char* key, const Where& where) {
     auto found = object.find(key);
     if (found == object.end() || found->is_null()) return {};
+    if (!where.strict && found->is_string()) {
+        const std::string source = withDollars(found->get<std::string>());
+        return source.find_first_not_of(" \t\n") == std::string::npos ? SizeExpression()
+                                                                      : SizeExpression(source);
+    }
     try {
         if (found->is_number()) return SizeExpression(found->dump());
         if (found->is_boolean()) return SizeExpression(found->get<bool>() ? "1" : "0");
@@ -72,6 +88,20 @@ const std::vector<std::pair<std::string, ParameterType>> typeNames = {
     {"audio", ParameterType::Audio},     {"audioFFT", ParameterType::AudioFft},
     {"list", ParameterType::List}};
 
+// The types that foreign files also write: any capitals, and names of other hosts and of GLSL.
+std::string isfTypeName(const std::string& written) {
+    static const std::map<std::string, std::string> meant = {
+        {"point2d", "point2D"}, {"vec2", "point2D"},      {"point", "point2D"}, {"point3d", "point3D"},
+        {"vec3", "point3D"},    {"audiofft", "audioFFT"}, {"int", "long"},      {"integer", "long"},
+        {"number", "float"},    {"double", "float"},      {"boolean", "bool"},  {"colour", "color"},
+        {"vec4", "color"},      {"sampler2d", "image"},   {"texture", "image"}};
+    std::string lower = written;
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    auto found = meant.find(lower);
+    return found == meant.end() ? lower : found->second;
+}
+
 // A DEFAULT, MIN or MAX: numbers, a scalar standing for every component.
 std::vector<double> numbersOf(const json& object, const char* key, const Parameter& parameter,
                               const Where& where) {
@@ -86,7 +116,7 @@ std::vector<double> numbersOf(const json& object, const char* key, const Paramet
             numbers.push_back(item.get<bool>());
         else if (item.is_string() && !where.strict)
             numbers.push_back(std::atof(item.get<std::string>().c_str()));
-        else
+        else if (where.strict)
             where.fail(key, " must be ", count == 1 ? "a number" : "an array of numbers");
     };
     if (found->is_array())
@@ -105,7 +135,10 @@ std::vector<double> numbersOf(const json& object, const char* key, const Paramet
 void readChoices(const json& object, Parameter& parameter, const Where& where) {
     auto values = object.find("VALUES");
     if (values == object.end()) return;
-    if (!values->is_array()) where.fail("VALUES must be an array");
+    if (!values->is_array()) {
+        if (where.strict) where.fail("VALUES must be an array");
+        return;
+    }
     for (const auto& value : *values) {
         if (value.is_number())
             parameter.values.push_back(value.get<long>());
@@ -131,6 +164,7 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
                     {"NAME", "TYPE", "LABEL", "UNIT", "HINT", "GROUP", "DEFAULT", "MIN", "MAX", "UI_MIN",
                      "UI_MAX", "VALUES", "LABELS", "AUTO", "FIELDS", "MAX_ROWS", "SIDECAR", "IDENTITY"});
     std::string typeName = textOf(object, "TYPE", where);
+    if (!where.strict) typeName = isfTypeName(typeName);
     std::vector<std::string> known;
     for (const auto& [name, type] : typeNames) known.push_back(name);
     auto type =
@@ -162,7 +196,7 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
         return parameter;
     }
     if (parameter.type == ParameterType::Image) {
-        parameter.defaultValue.text = textOf(object, "DEFAULT", where);
+        if (where.strict) parameter.defaultValue.text = textOf(object, "DEFAULT", where);
         return parameter;
     }
     if (componentCount(parameter.type) == 0) return parameter;
@@ -207,7 +241,10 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
 // -------------------------------------------------------------------------------------
 
 Pass readPass(const json& object, const Where& where) {
-    if (!object.is_object()) where.fail("each must be an object");
+    if (!object.is_object()) {
+        if (where.strict) where.fail("each must be an object");
+        return {};
+    }
     where.checkKeys(object, {"TARGET", "WIDTH", "HEIGHT", "FLOAT", "PERSISTENT", "WHEN", "REPEAT", "COMPUTE",
                              "DESCRIPTION"});
     Pass pass;
@@ -301,6 +338,64 @@ int lineAt(const std::string& text, size_t place) {
     return 1 + int(std::count(text.begin(), text.begin() + std::min(place, text.size()), '\n'));
 }
 
+// Inputs of foreign files: one without a name or of a kind of its own is the file's business, not a mistake;
+// of two of one name the first counts.
+std::vector<Parameter> readForeignInputs(const json& inputs, const Where& where) {
+    std::vector<Parameter> parameters;
+    for (const auto& input : inputs) {
+        if (!input.is_object() || textOf(input, "NAME", where).empty()) continue;
+        const std::string type = isfTypeName(textOf(input, "TYPE", where));
+        const bool isKnown = type != "list" && std::any_of(typeNames.begin(), typeNames.end(),
+                                                           [&](auto& known) { return known.first == type; });
+        if (isKnown && !findParameter(parameters, textOf(input, "NAME", where)))
+            parameters.push_back(readParameter(input, where, false));
+    }
+    return parameters;
+}
+
+// ISF version 1 named its persistent buffers, with their sizes, outside PASSES.
+void readPersistentBuffers(const json& buffers, EffectHeader& header, const Where& where) {
+    for (const auto& [key, item] : buffers.items()) {
+        const std::string name = item.is_string()     ? item.get<std::string>()
+                                 : buffers.is_array() ? (item.is_object() ? textOf(item, "NAME", where) : "")
+                                                      : key;
+        for (Pass& pass : header.passes) {
+            if (name.empty() || pass.target != name) continue;
+            pass.persistent = true;
+            if (!item.is_object()) continue;
+            if (pass.width.empty()) pass.width = expressionOf(item, "WIDTH", where);
+            if (pass.height.empty()) pass.height = expressionOf(item, "HEIGHT", where);
+            pass.isFloat |= flagOf(item, "FLOAT");
+        }
+    }
+}
+
+void readImported(const json& imported, EffectHeader& header, const Where& where) {
+    const auto folder = std::filesystem::path(header.path).parent_path();
+    for (const auto& [key, item] : imported.items()) {
+        if (!item.is_object() && !where.strict) continue;
+        std::string name = textOf(item, "NAME", where);
+        if (name.empty() && !imported.is_array()) name = key;
+        if (name.empty()) where.in("IMPORTED").fail("NAME is missing");
+        const std::string path = textOf(item, "PATH", where);
+        if (path.empty()) where.in("IMPORTED").fail("'", name, "': PATH is missing");
+        header.imported.push_back({name, (folder / path).string()});
+    }
+}
+
+// The description, as JSON or, in a foreign file, as what it evidently means.
+json parseDescription(const std::string& path, const std::string& fileText, const std::string& comment) {
+    try {
+        return json::parse(comment, nullptr, true, true);
+    } catch (const json::parse_error& error) {
+        const json repaired = json::parse(repairJson(comment), nullptr, false, true);
+        if (repaired.is_object() && !repaired.contains("SPACE")) return repaired;
+        size_t before = fileText.find("/*") + 2;
+        failUsage(path, ":", lineAt(fileText, before + error.byte),
+                  ": the description is not JSON: ", error.what());
+    }
+}
+
 void checkNamesDiffer(const EffectHeader& header, const Where& where) {
     std::vector<std::string> names;
     for (const auto& parameter : header.parameters) names.push_back(parameter.name);
@@ -323,14 +418,7 @@ void checkDerivedSources(const EffectHeader& header, const Where& where) {
 
 EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
     auto [comment, bodyBegin] = splitComment(path, fileText);
-    json object;
-    try {
-        object = json::parse(comment, nullptr, true, true);
-    } catch (const json::parse_error& error) {
-        size_t before = fileText.find("/*") + 2;
-        failUsage(path, ":", lineAt(fileText, before + error.byte),
-                  ": the description is not JSON: ", error.what());
-    }
+    const json object = parseDescription(path, fileText, comment);
     if (!object.is_object()) failUsage(path, ": the description must be a JSON object");
 
     EffectHeader header;
@@ -354,7 +442,10 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
                 if (item.is_string()) header.categories.push_back(item.get<std::string>());
         if (auto list = object.find("BREAKS"); list != object.end())
             for (const auto& item : *list) header.breaks.push_back(item.get<std::string>());
-        if (auto inputs = object.find("INPUTS"); inputs != object.end() && inputs->is_array())
+        auto inputs = object.find("INPUTS");
+        if (inputs != object.end() && !where.strict)
+            header.parameters = readForeignInputs(*inputs, where.in("INPUTS"));
+        else if (inputs != object.end() && inputs->is_array())
             for (const auto& input : *inputs)
                 header.parameters.push_back(readParameter(input, where.in("INPUTS"), false));
         if (auto passes = object.find("PASSES"); passes != object.end() && passes->is_array())
@@ -362,13 +453,9 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
                 header.passes.push_back(
                     readPass((*passes)[k], where.in("PASSES[" + std::to_string(k) + "]")));
         if (header.passes.empty()) header.passes.emplace_back();
-        if (auto list = object.find("IMPORTED"); list != object.end()) {
-            auto folder = std::filesystem::path(path).parent_path();
-            for (const auto& [key, item] : list->items()) {
-                std::string name = list->is_array() ? textOf(item, "NAME", where) : key;
-                header.imported.push_back({name, (folder / textOf(item, "PATH", where)).string()});
-            }
-        }
+        if (auto buffers = object.find("PERSISTENT_BUFFERS"); buffers != object.end() && !where.strict)
+            readPersistentBuffers(*buffers, header, where.in("PERSISTENT_BUFFERS"));
+        if (auto list = object.find("IMPORTED"); list != object.end()) readImported(*list, header, where);
         if (auto list = object.find("DERIVED"); list != object.end())
             for (const auto& item : *list) header.derived.push_back(readDerived(item, where.in("DERIVED")));
         if (auto writes = object.find("WRITES"); writes != object.end())
