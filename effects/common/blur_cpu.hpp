@@ -1,0 +1,139 @@
+// Separable blurs of RGBA float images on the CPU: FIR, decimated FIR, recursion. Edges replicate exactly.
+// Twin of blur.glsl; both read the numbers of blur_design.hpp.
+#pragma once
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "common/blur_lines.hpp"
+
+namespace blur {
+
+/// A symmetric FIR along rows, then along columns. `half` holds the centre tap and one side's. `in` and `out`
+/// are CV_32FC4 of one size and do not overlap.
+inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float> half) {
+    const int reach = int(half.size()) - 1, width = in.cols, height = in.rows;
+    // The rows that one output row needs stay in the L1 cache where they can: 2·reach + 1 lines of a tile.
+    const int tile = std::clamp(96 * 1024 / (16 * (2 * reach + 1)), 32, 480) & ~7;
+    const int lines = 2 * reach + 1;
+    const int bands = std::clamp(height / std::max(4 * reach, 16), 1, 4 * cv::getNumThreads());
+    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
+        std::vector<float> padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
+        std::vector<const float*> before(reach + 1), after(reach + 1);
+        for (int band = range.start; band < range.end; band++) {
+            int y0 = int(int64_t(height) * band / bands), y1 = int(int64_t(height) * (band + 1) / bands);
+            for (int x0 = 0; x0 < width; x0 += tile) {
+                int count = std::min(tile, width - x0);
+                auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * tile; };
+                int done = std::max(0, y0 - reach);
+                for (int y = y0; y < y1; y++) {
+                    for (; done <= std::min(y + reach, height - 1); done++) {
+                        filterReplicated(slot(done), 4 * count, padded, in.ptr<float>(done), width,
+                                         x0 - reach, count + 2 * reach, [&](const float* line) {
+                                             const float* center = line + 4 * reach;
+                                             for (int t = 1; t <= reach; t++)
+                                                 before[t] = center - 4 * t, after[t] = center + 4 * t;
+                                             symmetricSum(slot(done), center, before.data(), after.data(),
+                                                          half.data(), reach, 4 * count);
+                                         });
+                    }
+                    for (int t = 1; t <= reach; t++) {
+                        before[t] = slot(std::max(y - t, 0));
+                        after[t] = slot(std::min(y + t, height - 1));
+                    }
+                    symmetricSum(out.ptr<float>(y) + 4 * x0, slot(y), before.data(), after.data(),
+                                 half.data(), reach, 4 * count);
+                }
+            }
+        }
+    });
+}
+
+/// The numbers of a decimated blur, see blur_design.hpp.
+struct DecimatedBlur {
+    int factor = 1;                    ///< px of the image per px of the small one
+    std::span<const float> prefilter;  ///< half, before taking every factor-th pixel
+    std::span<const float> small;      ///< half, on the small image
+    std::span<const float> up;         ///< 4 × factor cubic B-spline weights
+};
+
+/// Small pixels on each side beyond the first and last that lie within the image.
+constexpr int smallMargin = 4;
+inline int smallLength(int length, int factor) { return (length - 1) / factor + 1 + 2 * smallMargin; }
+
+/// Every factor-th pixel of the filtered image; small pixel (i, j) sits at ((i - margin)·factor, ...).
+inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> half) {
+    const int reach = int(half.size()) - 1, width = in.cols, height = in.rows;
+    const int smallWidth = smallLength(width, factor), smallHeight = smallLength(height, factor);
+    const int pairCount = reach + 1, lines = 2 * reach + 1;
+    std::vector<float> pairs(8 * pairCount, 0.0f);
+    for (int t = -reach; t <= reach; t++)
+        for (int c = 0; c < 4; c++) pairs[4 * (t + reach) + c] = half[std::abs(t)];
+    cv::Mat small(smallHeight, smallWidth, CV_32FC4);
+    const int bands = std::clamp(smallHeight / 16, 1, cv::getNumThreads());
+    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
+        // Room for two spare taps and four spare outputs.
+        const int first = -smallMargin * factor - reach;
+        const int count = (smallWidth - 1) * factor + 2 * pairCount;
+        std::vector<float> padded(4 * size_t(count)), ring(size_t(lines) * 4 * smallWidth);
+        std::vector<const float*> before(reach + 1), after(reach + 1);
+        auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * smallWidth; };
+        for (int band = range.start; band < range.end; band++) {
+            int j0 = smallHeight * band / bands, j1 = smallHeight * (band + 1) / bands;
+            int done = std::clamp((j0 - smallMargin) * factor - reach, 0, height - 1);
+            for (int j = j0; j < j1; j++) {
+                int y = (j - smallMargin) * factor;
+                for (; done <= std::clamp(y + reach, 0, height - 1); done++) {
+                    filterReplicated(slot(done), 4 * smallWidth, padded, in.ptr<float>(done), width, first,
+                                     count, [&](const float* line) {
+                                         decimateLine(slot(done), line, pairs.data(), pairCount, factor,
+                                                      smallWidth);
+                                     });
+                }
+                auto line = [&](int row) { return slot(std::clamp(row, 0, height - 1)); };
+                for (int t = 1; t <= reach; t++) before[t] = line(y - t), after[t] = line(y + t);
+                symmetricSum(small.ptr<float>(j), line(y), before.data(), after.data(), half.data(), reach,
+                             4 * smallWidth);
+            }
+        }
+    });
+    return small;
+}
+
+/// Rows y0 <= y < y1 of the enlarged small image, into `out` (their first row first).
+inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, const float* pairs, int y,
+                       int width, float* between, float* out) {
+    int j = y / factor + smallMargin, phase = y % factor;
+    const float* rows[4];
+    for (int m = 0; m < 4; m++) rows[m] = small.ptr<float>(j - 1 + m);
+    fourSum(between, rows, up.data() + 4 * phase, 4 * small.cols);
+    enlargeLine(out, between + 4 * smallMargin, pairs, factor, width);
+}
+
+inline std::vector<float> phasePairs(int factor, std::span<const float> up) {
+    std::vector<float> pairs(size_t(factor + 1) / 2 * 32, 0.0f);
+    for (int phase = 0; phase < factor; phase++)
+        for (int m = 0; m < 4; m++)
+            for (int c = 0; c < 4; c++) pairs[phase / 2 * 32 + 8 * m + phase % 2 * 4 + c] = up[4 * phase + m];
+    return pairs;
+}
+
+inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur) {
+    cv::Mat small = decimate(in, blur.factor, blur.prefilter);
+    cv::Mat blurred(small.size(), CV_32FC4);
+    separableFir(small, blurred, blur.small);
+    std::vector<float> pairs = phasePairs(blur.factor, blur.up);
+    cv::parallel_for_(
+        cv::Range(0, in.rows),
+        [&](const cv::Range& range) {
+            std::vector<float> between(4 * size_t(small.cols));
+            for (int y = range.start; y < range.end; y++)
+                enlargeRow(blurred, blur.factor, blur.up, pairs.data(), y, in.cols, between.data(),
+                           out.ptr<float>(y));
+        },
+        4 * cv::getNumThreads());
+}
+
+}  // namespace blur
