@@ -94,7 +94,8 @@ std::vector<double> tableIntegral(const HeightFog& p, const DeriveContext& c) {
 // fp32 constants of one call.
 struct Constants {
     float eyeDensity[3], above[3], below[3];
-    float logDensity[2], falloff[2];
+    Layer layer[2];
+    float logDensity[2];
     bool hasLayer[2];
     Ramp<float> ramp[3];
     TableView<float> table;
@@ -114,8 +115,10 @@ Constants constantsOf(const HeightFog& p, const CpuContext& c) {
             k.ramp[n].slope[i] = slopes[4 * i + n];
         }
     }
-    for (int l = 0; l < 2; l++) k.logDensity[l] = c.derived("log_density")[l];
-    k.falloff[0] = p.falloff, k.falloff[1] = p.falloff2;
+    for (int l = 0; l < 2; l++) {
+        k.logDensity[l] = c.derived("log_density")[l];
+        k.layer[l] = Layer::of(k.logDensity[l], l == 0 ? p.falloff : p.falloff2);
+    }
     k.hasLayer[0] = p.density > 0, k.hasLayer[1] = p.density2 > 0;
     k.table = {c.derived("table_density").data(),  c.derived("table_mean").data(),
                c.derived("table_integral").data(), int(c.derived("table_nodes")[0]),
@@ -130,9 +133,10 @@ Constants constantsOf(const HeightFog& p, const CpuContext& c) {
     return k;
 }
 
-// A tile of one row: the way to each surface, and the fog.
+// A tile of one row: how long each way is, what it climbs over it and over a metre of planar depth, and the
+// fog.
 struct Tile : FogTile {
-    float L[fogTileSize], up[fogTileSize], dy[fogTileSize];
+    float L[fogTileSize], dy[fogTileSize], climb[fogTileSize], length[fogTileSize];
 };
 
 constexpr float endlessWay = 1e30f;
@@ -142,11 +146,10 @@ BRUME_INLINE void raysTile(const View& v, const float* depth, int i0, float y, i
     const float rx = r(1, 0), ry = r(1, 1), rz = r(1, 2), originX = v.originX, inverseFx = v.inverseFx;
     for (int i = 0; i < count; i++) {
         const float x = (float(i0 + i) + originX) * inverseFx;
-        const float length = View::rayLength(x, y);
-        const float unit = 1.0f / length;
-        t.L[i] = depth[i] * length;
-        t.up[i] = rx * (x * unit) + ry * (y * unit) - rz * unit;
-        t.dy[i] = (t.L[i] < endlessWay ? t.L[i] : endlessWay) * t.up[i];
+        t.length[i] = View::rayLength(x, y);
+        t.climb[i] = (rx * x + ry * y) - rz;
+        t.L[i] = depth[i] * t.length[i];
+        t.dy[i] = (depth[i] < endlessWay ? depth[i] : endlessWay) * t.climb[i];
     }
 }
 
@@ -155,25 +158,26 @@ BRUME_INLINE void depthTile(const Constants& k, int n, int count, Tile& t) {
     const float above = k.above[n], below = k.below[n], level = k.eyeDensity[n] * endlessWay;
     float* opticalDepth = t.opticalDepth[n];
     for (int i = 0; i < count; i++) {
-        const float L = t.L[i] < endlessWay ? t.L[i] : endlessWay, up = t.up[i];
-        float sky = (up > 0.0f ? above : below) / std::fabs(up);
-        sky = up == 0.0f ? level : sky;
+        const float L = t.L[i] < endlessWay ? t.L[i] : endlessWay, climb = t.climb[i];
+        float sky = (climb > 0.0f ? above : below) * t.length[i] / std::fabs(climb);
+        sky = climb == 0.0f ? level : sky;
         opticalDepth[i] = t.L[i] > endlessWay ? sky : L * opticalDepth[i];
     }
 }
 
-// 1. Exponential layers.
+// 1. Exponential layers, sky and all.
 BRUME_INLINE void layersTile(const HeightFog& p, const Constants& k, int channels, int count, Tile& t) {
     for (int n = 0; n < channels; n++)
         for (int i = 0; i < count; i++) t.opticalDepth[n][i] = 0;
     for (int l = 0; l < 2; l++) {
         if (!k.hasLayer[l]) continue;
-        const float logDensity = k.logDensity[l], falloff = k.falloff[l];
-        float* mean = t.opacity[0];  // free until the optical depth is known
-        for (int i = 0; i < count; i++) mean[i] = exponentialMean(logDensity, falloff, t.dy[i]);
+        const Layer layer = k.layer[l];
+        float* depth = t.opacity[0];  // free until the optical depth is known
+        for (int i = 0; i < count; i++)
+            depth[i] = layer.opticalDepth(t.L[i], t.dy[i], t.climb[i], t.length[i]);
         for (int n = 0; n < channels; n++) {
             const float tint = (l == 0 ? p.tint : p.tint2)[n];
-            for (int i = 0; i < count; i++) t.opticalDepth[n][i] += tint * mean[i];
+            for (int i = 0; i < count; i++) t.opticalDepth[n][i] += tint * depth[i];
         }
     }
 }
@@ -190,8 +194,8 @@ BRUME_INLINE float densityAt(const HeightFog& p, const Constants& k, int n, floa
     float rho = 0;
     for (int l = 0; l < 2; l++)
         if (k.hasLayer[l])
-            rho +=
-                (l == 0 ? p.tint : p.tint2)[n] * expFast(std::min(k.logDensity[l] - k.falloff[l] * y, 60.0f));
+            rho += (l == 0 ? p.tint : p.tint2)[n] *
+                   expFast(std::min(k.logDensity[l] - k.layer[l].falloff * y, 60.0f));
     return rho;
 }
 
@@ -230,7 +234,8 @@ BRUME_VECTORISE void rows(const HeightFog& p, const CpuContext& c, cv::Range ran
             const int count = std::min(fogTileSize, c.view.width - i0);
             raysTile(c.view, depth + i0, i0, y, count, t);
             meanTile(p, k, channels, count, t);
-            for (int n = 0; n < channels; n++) depthTile(k, n, count, t);
+            const bool isDone = p.method == closedForm && p.profile == exponential;
+            for (int n = 0; n < channels && !isDone; n++) depthTile(k, n, count, t);
             finishTile<false>(t, k.oneChannel, p.color, in + 4 * i0, out + 4 * i0,
                               transmittance ? transmittance + 4 * i0 : nullptr, count);
         }

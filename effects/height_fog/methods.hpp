@@ -8,6 +8,53 @@
 
 namespace brume::height_fog {
 
+// 1. One exponential layer of density e^(logDensity - falloff·y) before its tint, sky included, with one
+// exponential and one division: e^(k·dy) is the reciprocal of the e^-(k·|dy|) that φ needs, and sky's 1/|d.y|
+// takes φ's division.
+struct Layer {
+    float mantissa = 1;  ///< density at the eye = mantissa·2^exponent
+    int exponent = 0;
+    float falloff = 0;
+    float above = 0;  ///< optical depth straight up
+
+    static Layer of(float logDensity, float falloff) {
+        const double binary = double(logDensity) / 0.69314718055994531;
+        Layer layer;
+        layer.exponent = int(std::clamp(std::floor(binary), -1e6, 1e6));
+        layer.mantissa = float(std::exp2(binary - std::floor(binary)));
+        layer.falloff = falloff;
+        layer.above = falloff > 0
+                          ? float(std::min(std::exp(std::min(60., double(logDensity))) / falloff, 1e30))
+                          : 1e30f;
+        return layer;
+    }
+    BRUME_INLINE float opticalDepth(float L, float dy, float climb, float length) const {
+        float x = falloff * std::fabs(dy);
+        x = x < 1e-30f ? 1e-30f : (x > 8e3f ? 8e3f : x);
+        const ReducedExp e = reduceExp(-x);
+        const int n = e.n < -126 ? -126 : e.n;
+        const float scale = powerOfTwo(n);
+        const float opacity = (1.0f - scale) - scale * e.expm1;
+        // the lower end is denser than the eye by e^x = 2^-n/(1 + expm1)
+        const bool isDown = dy < 0.0f;
+        int power = isDown ? exponent - e.n : exponent;
+        power = power < -126 ? -126 : (power > 100 ? 100 : power);
+        const float lower = isDown ? 1.0f + e.expm1 : 1.0f;
+        const float cap = 1.1420074e26f;  // e⁶⁰
+        float density = mantissa * powerOfTwo(power);
+        density = density < cap * lower ? density : cap * lower;
+        const float xFull = falloff * std::fabs(dy);
+        const float way = xFull < 1e-30f ? 1e-30f : xFull;
+        const float vertical = climb > 0.0f ? above : 1e30f;
+        const bool isSky = L > 1e30f;
+        const float steep = std::fabs(climb) < 1e-30f ? 1e-30f : std::fabs(climb);
+        const float numerator = isSky ? vertical * length : L * (density * opacity);
+        const float denominator = isSky ? steep : way * lower;
+        const float depth = numerator / denominator;
+        return depth < 1e30f ? depth : 1e30f;
+    }
+};
+
 // 2. Ramp: over each linear piece, the density half-way, weighted by how much of the way lies in it.
 template <class Real>
 struct Ramp {
