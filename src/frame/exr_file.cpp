@@ -1,7 +1,6 @@
 #include "frame/exr_file.hpp"
 
 #include <ImfChannelList.h>
-#include <ImfDeepScanLineInputPart.h>
 #include <ImfFrameBuffer.h>
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
@@ -17,6 +16,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "error.hpp"
+#include "frame/exr_deep.hpp"
 #include "frame/image_file.hpp"
 
 namespace brume {
@@ -164,10 +164,12 @@ void ExrFile::readPart(int part, const std::vector<Request>& requests) {
     const Imf::Header& header = file_->header(part);
     const Imath::Box2i data = header.dataWindow(), display = header.displayWindow();
     const cv::Size dataSize(data.max.x - data.min.x + 1, data.max.y - data.min.y + 1);
-    const bool whole = data.min == display.min && dataSize == size_;
-    if (isDeep(header)) failIo(path_, ": deep pixels are not supported");
+    const bool whole = data.min == display.min && dataSize == size_ && !isDeep(header);
+    const bool deep = isDeep(header);
+    if (deep && header.type() != Imf::DEEPSCANLINE) failIo(path_, ": deep tiles are not supported");
 
     Imf::FrameBuffer buffer;
+    std::vector<std::string> names;
     std::vector<cv::Mat> planes(whole ? 0 : requests.size());
     for (size_t k = 0; k < requests.size(); ++k) {
         const Request& r = requests[k];
@@ -175,15 +177,21 @@ void ExrFile::readPart(int part, const std::vector<Request>& requests) {
         const Imf::Channel& channel = header.channels()[name.c_str()];
         if (channel.xSampling != 1 || channel.ySampling != 1)
             failIo(path_, ": channel ", name, " is subsampled, which is not supported");
+        names.push_back(name);
+        if (deep) continue;
         if (!whole) planes[k].create(dataSize, CV_32F);
         cv::Mat& target = whole ? *r.image : planes[k];
         const size_t xStride = target.elemSize(), yStride = target.step;
         char* first = reinterpret_cast<char*>(target.data) + (whole ? sizeof(float) * r.to : 0);
         buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, first, data, xStride, yStride));
     }
-    Imf::InputPart in(*file_, part);
-    in.setFrameBuffer(buffer);
-    in.readPixels(data.min.y, data.max.y);
+    if (deep) {
+        planes = flattenDeep(*file_, part, names, path_);
+    } else {
+        Imf::InputPart in(*file_, part);
+        in.setFrameBuffer(buffer);
+        in.readPixels(data.min.y, data.max.y);
+    }
     if (whole) return;
     const cv::Rect visible =
         cv::Rect(cv::Point(data.min.x - display.min.x, data.min.y - display.min.y), dataSize) &

@@ -4,12 +4,15 @@
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <vector>
 
 #include "frame/camera.hpp"
 
 namespace brume {
 
 using TextAttributes = std::map<std::string, std::string>;
+
+void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes);
 
 /// CV_8UC(1, 3 or 4), as stored.
 void writePng(const std::string& path, const cv::Mat& pixels, const TextAttributes& attributes);

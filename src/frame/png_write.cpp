@@ -2,13 +2,9 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <opencv2/core/utility.hpp>
 #include <vector>
 
-#include "error.hpp"
 #include "frame/image_writers.hpp"
 
 namespace brume {
@@ -120,10 +116,7 @@ void writePng(const std::string& path, const cv::Mat& pixels, const TextAttribut
         data.clear();
     }
     putChunk(file, "IEND", nullptr, 0);
-    std::ofstream out(path, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(file.data()), std::streamsize(file.size()));
-    out.close();
-    if (!out) failIo(path, ": cannot be written: ", std::strerror(errno));
+    writeBytes(path, file);
 }
 
 }  // namespace brume

@@ -8,6 +8,7 @@
 #include "error.hpp"
 #include "frame/alpha.hpp"
 #include "frame/color_encoding.hpp"
+#include "frame/exr_attributes.hpp"
 #include "frame/exr_file.hpp"
 #include "frame/image_file.hpp"
 #include "frame/pairing.hpp"
@@ -68,6 +69,7 @@ StoredDepth readDepthFile(const std::string& path, size_t maxPixels) {
 struct StoredPair {
     cv::Mat color;  ///< CV_32FC4, linear, unassociated
     std::optional<StoredDepth> depth;
+    std::optional<ExrCamera> camera;
     std::vector<std::string> notes;
 };
 
@@ -76,6 +78,7 @@ StoredPair readExrPair(const std::string& path, bool wantDepth, std::optional<bo
     const ExrSelection selection = selectLayers(file);
     if (!selection.hasColor()) failIo(path, ": holds no colour (no channels R, G, B)");
     StoredPair pair;
+    pair.camera = getCamera(file.header(0));
     const bool grey = selection.color[1] < 0 && selection.color[2] < 0;
     // Pixels outside the data window are empty: alpha 0 where there is alpha.
     pair.color = cv::Mat(file.size(), CV_32FC4, cv::Scalar(0, 0, 0, selection.color[3] < 0 ? 1 : 0));
@@ -145,11 +148,14 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
     frame.name = stemOf(path);
     frame.color = pair.color;
     frame.notes = pair.notes;
-    frame.time = sidecar.time.value_or(0);
+    frame.time = sidecar.time.value_or(pair.camera ? pair.camera->time : 0);
     frame.extras = sidecar.extras;
     const std::optional<Camera> camera = sidecar.camera(frame.size());
-    frame.camera = camera ? *camera : Camera::withHorizontalView(frame.size(), 60);
-    if (!camera) frame.notes.push_back("camera: not stated, assumed 60° wide, level, 1.6 m up");
+    frame.camera = camera        ? *camera
+                   : pair.camera ? pair.camera->camera
+                                 : Camera::withHorizontalView(frame.size(), 60);
+    if (!camera && !pair.camera)
+        frame.notes.push_back("camera: not stated, assumed 60° wide, level, 1.6 m up");
     const std::optional<DepthEncoding> stated = options.encoding ? options.encoding : sidecar.encoding;
     if (!stated && !stored.habit)
         failIo(stored.path,

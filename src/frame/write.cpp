@@ -76,6 +76,13 @@ void writeWhole(const std::string& path, Fill fill) {
 
 }  // namespace
 
+void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes) {
+    std::ofstream out(path, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    out.close();
+    if (!out) failIo(path, ": cannot be written: ", std::strerror(errno));
+}
+
 void writeNpy(const std::string& path, const cv::Mat& pixels) {
     const std::string order = std::endian::native == std::endian::little ? "<" : ">";
     std::string header =
@@ -83,15 +90,14 @@ void writeNpy(const std::string& path, const cv::Mat& pixels) {
              pixels.channels() > 1 ? text(", ", pixels.channels()) : "", "), }");
     while ((10 + header.size() + 1) % 64 != 0) header += ' ';
     header += '\n';
-    std::ofstream out(path, std::ios::binary);
-    out.write("\x93NUMPY\x01\x00", 8);
-    out.put(char(header.size() & 0xff)).put(char(header.size() >> 8));
-    out << header;
+    const std::string magic("\x93NUMPY\x01\x00", 8);
+    std::vector<unsigned char> bytes(magic.begin(), magic.end());
+    bytes.push_back(static_cast<unsigned char>(header.size() & 0xff));
+    bytes.push_back(static_cast<unsigned char>(header.size() >> 8));
+    bytes.insert(bytes.end(), header.begin(), header.end());
     for (int j = 0; j < pixels.rows; ++j)
-        out.write(reinterpret_cast<const char*>(pixels.ptr(j)),
-                  std::streamsize(pixels.cols * pixels.elemSize()));
-    out.close();
-    if (!out) failIo(path, ": cannot be written: ", std::strerror(errno));
+        bytes.insert(bytes.end(), pixels.ptr(j), pixels.ptr(j) + pixels.cols * pixels.elemSize());
+    writeBytes(path, bytes);
 }
 
 void writeThroughOpenImageIo(const std::string& path, const cv::Mat& pixels, bool srgb,

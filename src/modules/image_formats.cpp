@@ -1,9 +1,11 @@
 // JPEG, TIFF and HDR through OpenImageIO, behind a door that opens only when needed.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <opencv2/core/utility.hpp>
+#include <opencv2/core.hpp>
 
 #include "error.hpp"
+#include "frame/image_writers.hpp"
 #include "modules/module.hpp"
 
 using namespace brume;
@@ -75,11 +77,14 @@ extern "C" __attribute__((visibility("default"))) void brumeWriteImage(
     for (const auto& [name, value] : attributes)
         description += (description.empty() ? "" : "\n") + name + ": " + value;
     if (!description.empty()) spec["ImageDescription"] = description;
-    const auto out = OIIO::ImageOutput::create(path);
+    // To memory first: where a disk is full, libjpeg would end the program.
+    OIIO::Filesystem::IOVecOutput bytes;
+    const auto out = OIIO::ImageOutput::create(path, &bytes);
     if (!out) failIo(path, ": cannot be written: ", reason(OIIO::geterror()));
     if (!out->open(path, spec) ||
         !out->write_image(type, pixels.data, OIIO::AutoStride, OIIO::stride_t(pixels.step)) || !out->close())
         failIo(path, ": cannot be written: ", reason(out->geterror()));
+    writeBytes(path, bytes.buffer());
 }
 
 static_assert(std::is_same_v<decltype(brumeReadImage), ReadImageFunction>);
