@@ -22,6 +22,11 @@ int run(int argc, char** argv) {
         "brume");
     program.set_version_flag("--version", "brume " BRUME_VERSION);
     program.require_subcommand(1);
+    host::addApply(program);
+    host::addCheck(program);
+    host::addBench(program);
+    host::addList(program);
+    host::addInfo(program);
     program.footer(
         "Examples:\n"
         "  brume apply depth_fog frame.png -o fogged.png\n"

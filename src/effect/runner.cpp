@@ -213,7 +213,11 @@ cv::Mat resampleLinear(const cv::Mat& image, cv::Size size) {
 
 RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captured,
                      const std::vector<std::string>& keep, std::vector<StepPlan>* decisions) {
-    ReadyFrame ready = resolveDepth(captured, chain.policy);
+    return applyChain(runner, chain, resolveDepth(captured, chain.policy), keep, decisions);
+}
+
+RunResult applyChain(Runner& runner, const Chain& chain, const ReadyFrame& ready,
+                     const std::vector<std::string>& keep, std::vector<StepPlan>* decisions) {
     Chain planned =
         planChain(withSidecar(chain, ready.frame), ready.frame, runner.backend(), keep, decisions);
     RunResult result = runner.run(planned, ready.frame, keep);

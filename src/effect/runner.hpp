@@ -39,6 +39,10 @@ class Runner {
 RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captured,
                      const std::vector<std::string>& keep = {}, std::vector<StepPlan>* decisions = nullptr);
 
+/// The same for a frame made ready before (by the chain's own policy), so that several chains can share that.
+RunResult applyChain(Runner& runner, const Chain& chain, const ReadyFrame& ready,
+                     const std::vector<std::string>& keep = {}, std::vector<StepPlan>* decisions = nullptr);
+
 // Shared by the runners, so that they cannot differ:
 
 /// The camera constants of a step that works at `size` on this frame.

@@ -148,6 +148,9 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
     frame.name = stemOf(path);
     frame.color = pair.color;
     frame.notes = pair.notes;
+    frame.files = {path};
+    if (stored.path != path) frame.files.push_back(stored.path);
+    if (!sidecar.path.empty()) frame.files.push_back(sidecar.path);
     frame.time = sidecar.time.value_or(pair.camera ? pair.camera->time : 0);
     frame.extras = sidecar.extras;
     const std::optional<Camera> camera = sidecar.camera(frame.size());

@@ -160,16 +160,14 @@ void merge(Comparison& whole, WorstPixel& worst, const Comparison& part, const s
     if (isWorse) worst = {image, part.place, part.channel, {}, {}, {}};
 }
 
-// The bound of MODELS.md, relative to the reference's scale. Where that is not finite (C = inf behind T = 0)
-// only the value itself can say what precision means.
+// The bound of MODELS.md, relative to the reference's scale. Where that or the allowance is not finite (C =
+// inf in one channel) only the values themselves can say what precision means.
 double referenceBound(const Tolerance& tolerance, const ReferencePixel& truth) {
-    double scale = truth.scale;
-    if (!std::isfinite(scale)) {
-        scale = 1;
-        for (int c = 0; c < 4; c++)
-            if (std::isfinite(truth.color[c])) scale = std::max(scale, std::abs(truth.color[c]));
-    }
-    return tolerance.reference * scale + (std::isfinite(truth.allowance) ? truth.allowance : 0);
+    double largest = 1;
+    for (int c = 0; c < 4; c++)
+        if (std::isfinite(truth.color[c])) largest = std::max(largest, std::abs(truth.color[c]));
+    return tolerance.reference * (std::isfinite(truth.scale) ? truth.scale : largest) +
+           (std::isfinite(truth.allowance) ? truth.allowance : tolerance.rel * largest);
 }
 
 void compareParity(const Subject& subject, Trial& trial) {

@@ -1,0 +1,363 @@
+// brume apply: frames through a preset.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <unordered_map>
+
+#include "batch.hpp"
+#include "commands.hpp"
+#include "contact_sheet.hpp"
+#include "effect/preset.hpp"
+#include "error.hpp"
+#include "frame/sequence.hpp"
+#include "frame/write.hpp"
+#include "gl/gl_runner.hpp"
+#include "nearest_name.hpp"
+#include "progress.hpp"
+#include "report.hpp"
+
+namespace brume::host {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t sheetFrames = 8;
+
+struct Arguments {
+    std::string preset, out, format, shard, report, like, memory;
+    std::vector<std::string> frames, sets, keep;
+    FrameOptions frame;
+    BackendOption backend;
+    uint32_t seed = 0;
+    double framesPerSecond = 24;
+    size_t firstIndex = 0;
+    int jobs = 0;
+    bool explain = false, dumpShader = false, resume = false, keepGoing = false, noSheet = false;
+};
+
+std::atomic<bool> interrupted = false;
+
+void onSignal(int) { interrupted = true; }
+
+void listenForSignals() {
+    struct sigaction action {};
+    action.sa_handler = onSignal;
+    action.sa_flags = SA_RESETHAND;  // a second one ends at once
+    for (int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
+}
+
+size_t parseBytes(const std::string& size) {
+    char* end = nullptr;
+    double number = std::strtod(size.c_str(), &end);
+    const std::vector<std::pair<std::string, double>> units = {
+        {"M", 1 << 20}, {"MiB", 1 << 20}, {"G", 1 << 30}, {"GiB", 1 << 30}};
+    for (const auto& [unit, bytes] : units)
+        if (unit == end && number > 0) return size_t(number * bytes);
+    failUsage("--memory: '", size, "' should be a number with M or G, such as 900M or 2G");
+}
+
+// "3/8": this run takes the third of every eight frames.
+std::pair<size_t, size_t> parseShard(const std::string& shard) {
+    size_t part = 0, parts = 0;
+    char rest = 0;
+    if (shard.empty()) return {1, 1};
+    if (std::sscanf(shard.c_str(), "%zu/%zu%c", &part, &parts, &rest) != 2 || part < 1 || part > parts)
+        failUsage("--shard: '", shard, "' should be PART/PARTS, from 1/8 to 8/8 for eight");
+    return {part, parts};
+}
+
+// Frames of different folders often have the same stem.
+std::string drawName(const std::string& input) {
+    fs::path path = fs::absolute(input).lexically_normal();
+    return (path.parent_path().filename() / path.stem()).string();
+}
+
+bool isPersistent(const Chain& chain) {
+    for (const Step& step : chain.steps)
+        for (const Pass& pass : step.effect->header.passes)
+            if (step.enabled && pass.persistent) return true;
+    return false;
+}
+
+// Holds the output folder while a run of many frames writes there; shards of one run share it.
+class FolderLock {
+  public:
+    FolderLock(const std::string& folder, bool isShard) {
+        std::error_code error;
+        fs::create_directories(folder, error);
+        file_ = error ? -1 : open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (file_ < 0)
+            failIo("'", folder,
+                   "' cannot be used for output: ", error ? error.message() : std::strerror(errno));
+        if (flock(file_, (isShard ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+            failIo("another brume is writing into '", folder, "'; wait for it, or write elsewhere");
+    }
+    ~FolderLock() { close(file_); }
+    FolderLock(const FolderLock&) = delete;
+
+  private:
+    int file_;
+};
+
+void dumpShaders(const Chain& chain) {
+    for (const Step& step : chain.steps)
+        for (size_t pass = 0; pass < step.effect->header.passes.size(); pass++)
+            std::cout << "// " << step.id << ", pass " << pass << "\n" << shaderSource(step, pass) << "\n";
+}
+
+void explain(const Task& task, const Outcome& outcome, const Chain& chain) {
+    std::cout << task.making.input << "\n";
+    for (const std::string& note : outcome.notes) std::cout << "  " << note << "\n";
+    for (const StepPlan& step : outcome.decisions) {
+        std::cout << "  " << step.id << ": ";
+        if (!step.planned) {
+            std::cout << "as written\n";
+            continue;
+        }
+        if (step.plan.skip) std::cout << "skipped; ";
+        auto found = std::find_if(chain.steps.begin(), chain.steps.end(),
+                                  [&](const Step& s) { return s.id == step.id; });
+        for (const auto& [name, value] : step.plan.chosen) {
+            std::string label = std::to_string(value);
+            const Parameter* parameter =
+                found == chain.steps.end() ? nullptr : findParameter(found->effect->header.parameters, name);
+            for (size_t k = 0; parameter && k < parameter->labels.size(); k++)
+                if (parameter->values[k] == value) label = parameter->labels[k];
+            std::cout << name << " = " << label << "; ";
+        }
+        std::cout << step.plan.why << "\n";
+    }
+}
+
+// A wrong name is known before any frame is read.
+void requireImages(const Chain& chain, const std::vector<Kept>& keep) {
+    std::vector<std::string> known = {"transmittance", "depth", "captured"};
+    for (const Step& step : chain.steps)
+        if (step.output != "color") known.push_back(step.output);
+    for (const Kept& kept : keep)
+        if (std::find(known.begin(), known.end(), kept.image) == known.end())
+            failUsage("--keep: no image '", kept.image, "'", suggestion(kept.image, known));
+}
+
+// Every output must have a place of its own, which is not an input.
+void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs) {
+    std::unordered_map<std::string, const Task*> seen;
+    std::unordered_map<std::string, bool> isInput;
+    auto canonical = [](const std::string& path) { return fs::absolute(path).lexically_normal().string(); };
+    for (const FrameFiles& input : inputs) {
+        isInput[canonical(input.color)] = true;
+        if (!input.depth.empty()) isInput[canonical(input.depth)] = true;
+    }
+    for (const Task& task : tasks) {
+        std::string path = canonical(task.output);
+        if (isInput.count(path)) failUsage("-o: '", task.output, "' is an input; it would be overwritten");
+        auto [place, isNew] = seen.emplace(path, &task);
+        if (!isNew)
+            failUsage("-o: '", place->second->making.input, "' and '", task.making.input,
+                      "' would both be written to '", task.output,
+                      "'; use a name with {stem}, {index} or {param}");
+    }
+}
+
+std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::vector<FrameFiles>& inputs,
+                            const std::vector<Variant>& variants, const OutputNames& names,
+                            const std::string& backend) {
+    std::vector<Task> tasks;
+    auto [part, parts] = parseShard(a.shard);
+    for (size_t frame = 0; frame < inputs.size(); frame++)
+        for (size_t variant = 0; variant < variants.size(); variant++) {
+            Task task;
+            task.frame = frame;
+            task.variant = variant;
+            task.making.input = inputs[frame].color;
+            task.making.frame = a.frame;
+            task.making.frame.depth = inputs[frame].depth;
+            task.making.time = inputs[frame].time;
+            task.making.index = a.firstIndex + frame;
+            task.making.framesPerSecond = a.framesPerSecond;
+            task.making.seed = a.seed;
+            task.making.backend = backend;
+            task.making.settings = drawn(variants[variant].settings, drawName(inputs[frame].color), a.seed);
+            bool isAsBefore = !tasks.empty() && tasks.back().making.settings == task.making.settings;
+            task.making.preset =
+                isAsBefore
+                    ? tasks.back().making.preset
+                    : std::make_shared<std::string>(writePreset(withSettings(chain, task.making.settings)));
+            task.output = names.of(inputs[frame].color, frame, variants[variant], task.making.settings);
+            tasks.push_back(std::move(task));
+        }
+    requireDistinct(tasks, inputs);
+    std::erase_if(tasks,
+                  [part = part, parts = parts](const Task& task) { return task.frame % parts != part - 1; });
+    return tasks;
+}
+
+void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string& sheetPath) {
+    Report report;
+    Progress progress(batch.tasks.size());
+    std::vector<cv::Mat> thumbnails;
+    std::string firstError;
+    ErrorKind firstKind = ErrorKind::Io;
+    bool isLong = frames > sheetFrames;
+    if (isLong && !a.noSheet) batch.thumbnails = sheetFrames;
+    listenForSignals();
+    runBatch(batch, interrupted, [&](const Task& task, const Outcome& outcome) {
+        report.add(task, outcome);
+        if (outcome.state == Outcome::State::Failed) {
+            if (firstError.empty()) firstError = outcome.error, firstKind = ErrorKind(outcome.status);
+            if (a.keepGoing) progress.say("brume: " + outcome.error);
+        } else if (!isLong && outcome.state == Outcome::State::Made) {
+            for (const std::string& file : outcome.files) std::cout << file << "\n";
+        }
+        if (a.explain && outcome.state == Outcome::State::Made) explain(task, outcome, batch.chain);
+        if (!outcome.thumbnail.empty() && thumbnails.size() < sheetFrames) {
+            thumbnails.push_back(outcome.thumbnail);
+            if (thumbnails.size() == sheetFrames) {
+                writeImage(sheetPath, contactSheet(thumbnails, 4));
+                progress.say("the first frames: " + sheetPath);
+            }
+        }
+        progress.step(report.failed());
+        return outcome.state != Outcome::State::Failed || a.keepGoing;
+    });
+    if (!a.report.empty()) report.write(a.report);
+    size_t finished = report.made() + report.upToDate() + report.failed();
+    if (isLong) std::cout << report.summary() << "\n";
+    if (interrupted)
+        failIo("interrupted after ", finished, " of ", batch.tasks.size(),
+               " outputs; the same command with --resume continues");
+    if (firstError.empty()) return;
+    if (a.keepGoing && batch.tasks.size() > 1)
+        failIo(report.failed(), " of ", batch.tasks.size(), " outputs failed; the first: ", firstError);
+    throw Error(firstKind, firstError);
+}
+
+void apply(Arguments a) {
+    a.backend.validate();
+    Chain chain;
+    if (!a.like.empty()) {
+        auto record = readRecord(a.like);
+        if (!record) failIo("--like: '", a.like, "' does not say how it was made");
+        Making making = makingOf(*record, a.like);
+        if (!a.preset.empty()) a.frames.insert(a.frames.begin(), a.preset);
+        if (a.frames.empty()) a.frames = {making.input};
+        bool isSame = a.frames.size() == 1 && a.frames[0] == making.input;
+        chain = parsePreset(*making.preset, a.like, EffectRegistry::standard());
+        a.frame = making.frame;
+        a.seed = making.seed;
+        a.framesPerSecond = making.framesPerSecond;
+        a.backend.name = making.backend;
+        if (isSame) a.firstIndex = making.index;
+    } else {
+        if (a.preset.empty()) failUsage("apply: give a PRESET (or an effect's name) and at least one FRAME");
+        chain = readPreset(a.preset, EffectRegistry::standard());
+    }
+    std::vector<Sweep> sweeps;
+    for (const std::string& set : a.sets) sweeps.push_back(parseSweep(set));
+    std::vector<Variant> variants = variantsOf(sweeps, chain);
+    if (a.dumpShader) return dumpShaders(withSettings(chain, drawn(variants[0].settings, "", a.seed)));
+    if (a.frames.empty()) failUsage("apply: give at least one FRAME");
+    if (a.out.empty()) failUsage("apply: say where to write, with -o");
+    a.frame.read();  // wrong options before anything else
+
+    Batch batch;
+    batch.chain = chain;
+    for (const std::string& image : a.keep) batch.keep.push_back(parseKept(image));
+    requireImages(chain, batch.keep);
+    batch.backend = a.backend;
+    batch.jobs = a.jobs;
+    batch.memory = a.memory.empty() ? 0 : parseBytes(a.memory);
+    batch.resume = a.resume;
+    if (isPersistent(chain) && (a.resume || !a.shard.empty()))
+        failUsage("apply: ", chain.name,
+                  " carries pictures from frame to frame; --resume and --shard would tear them apart");
+
+    std::vector<FrameFiles> inputs = expandFrames(a.frames, a.frame.depth);
+    OutputNames names(a.out, a.format, inputs.size());
+    parseShard(a.shard);
+    batch.runner = a.backend.makeRunner(chain);
+    std::string backend = a.backend.name;
+    if (backend == "auto") backend = batch.runner->backend() == Backend::Cpu ? "cpu" : "gl";
+    batch.tasks = makeTasks(a, chain, inputs, variants, names, backend);
+    std::unique_ptr<FolderLock> lock;
+    if (inputs.size() > 1) lock = std::make_unique<FolderLock>(names.folder(), !a.shard.empty());
+    std::string sheet = "contact_sheet.png";
+    if (!a.shard.empty())
+        sheet = text("contact_sheet_", parseShard(a.shard).first, "of", parseShard(a.shard).second, ".png");
+    runTasks(a, batch, inputs.size(), (fs::path(names.folder()) / sheet).string());
+}
+
+}  // namespace
+
+void addApply(CLI::App& program) {
+    auto a = std::make_shared<Arguments>();
+    CLI::App* command = program.add_subcommand("apply", "Apply a preset to captured frames");
+    command->add_option("PRESET", a->preset, "A preset file, a shipped preset's name, or an effect's name");
+    command->add_option("FRAME", a->frames,
+                        "Colour images: files, folders, globs, sequences (in.####.exr, in.%04d.exr), or a "
+                        "list (.txt: lines of "
+                        "'color', 'color depth', 'time color' or 'time color time depth')");
+    command->add_option(
+        "-o,--out", a->out,
+        "A file; a folder; or a name with {stem}, {index} or {index:4}, {param} (all swept values), or a "
+        "swept parameter's name");
+    command
+        ->add_option(
+            "--set", a->sets,
+            "effect.param=value. Several values with commas give one output each; several --set give all "
+            "combinations; random(LOW,HIGH), random(LOW,HIGH,log) and choice(A,B,...) draw anew for each "
+            "frame")
+        ->allow_extra_args(false);
+    command
+        ->add_option(
+            "--keep", a->keep,
+            "Also write this image beside: transmittance, depth, or one that the preset names; with an "
+            "ending for another format than EXR: depth.npy, transmittance.png")
+        ->allow_extra_args(false);
+    command->add_option("--format", a->format,
+                        "The format of files in the folder OUT: exr, png, jpg, tif, npy");
+    a->backend.addTo(*command);
+    a->frame.addTo(*command);
+    command->add_flag("--explain", a->explain,
+                      "Print what was understood of each frame and decided for each effect");
+    command->add_flag("--dump-shader", a->dumpShader, "Print the GLSL that the compiler gets, and stop");
+    command->add_option("--seed", a->seed, "Of dither, noise and draws")->capture_default_str();
+    command
+        ->add_option("--fps", a->framesPerSecond, "Frames a second, where the capture does not say its time")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    command->add_option("--jobs", a->jobs, "Frames worked on at once (default: one a processor)")
+        ->check(CLI::Range(1, 1024));
+    command->add_option("--memory", a->memory,
+                        "Bound on the frames held at once, such as 2G (default: a quarter of all)");
+    command->add_flag(
+        "--resume", a->resume,
+        "Leave outputs that exist, after checking that they came from the same input, preset and version");
+    command->add_flag("--keep-going", a->keepGoing, "Report frames that fail and go on with the others");
+    command->add_option("--report", a->report, "Write what was done to this JSON file");
+    command->add_option("--like", a->like,
+                        "Repeat how this output was made, on its own input or on FRAME...");
+    command->add_option("--shard", a->shard, "PART/PARTS: do only every PARTS-th frame, from the PART-th on");
+    command->add_flag("--no-sheet", a->noSheet, "No contact sheet of the first frames of a long run");
+    command->footer(
+        "Examples:\n"
+        "  brume apply depth_fog street.exr -o foggy.png --set depth_fog.visibility=120\n"
+        "  brume apply visibility street.png -o out/ --set depth_fog.visibility=100,200,400 --keep "
+        "transmittance\n"
+        "  brume apply fog.json captures/ -o 'out/{stem}_{visibility}.exr' --set "
+        "'depth_fog.visibility=random(50,400)'\n"
+        "  brume apply fog.json 'in.####.exr' -o out/ --resume --keep-going --report run.json\n"
+        "\nA frame is one EXR with RGB and Z, or a picture with depth beside it (NAME.depth.EXT or --depth). "
+        "Every\n"
+        "output is written whole or not at all, and the same command gives the same bytes.");
+    command->callback([a] { apply(*a); });
+}
+
+}  // namespace brume::host

@@ -1,0 +1,322 @@
+#include "batch.hpp"
+
+#include <tbb/collaborative_call_once.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "cpu/cpu_runner.hpp"
+#include "error.hpp"
+#include "frame/attributes.hpp"
+#include "frame/sequence.hpp"
+#include "frame/write.hpp"
+
+namespace brume::host {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// A captured frame that several variants share; read by whoever comes first.
+struct SharedFrame {
+    tbb::collaborative_once_flag once;
+    FramePair captured;
+    ReadyFrame ready;
+    nlohmann::ordered_json files;
+    std::string error;
+    int status = 0;
+    double seconds = 0;
+};
+
+// What passes through the pipeline.
+struct Token {
+    const Task* task = nullptr;
+    std::shared_ptr<SharedFrame> frame;
+    size_t bytes = 0;
+    bool wantsThumbnail = false;
+    RunResult result;
+    Outcome outcome;
+    bool isOpen() const { return outcome.status == 0 && outcome.state == Outcome::State::Made; }
+    void fail(const std::string& error, int status) {
+        outcome.state = Outcome::State::Failed;
+        outcome.error = error;
+        outcome.status = status;
+    }
+};
+
+template <class F>
+void guarded(Token& token, F work) {
+    if (!token.isOpen()) return;
+    try {
+        work();
+    } catch (const Error& e) {
+        token.fail(e.what(), int(e.kind()));
+    } catch (const std::bad_alloc&) {
+        token.fail(text("'", token.task->making.input, "': not enough memory"), int(ErrorKind::Io));
+    } catch (const std::exception& e) {
+        token.fail(text("'", token.task->making.input, "': ", e.what()), int(ErrorKind::Io));
+    }
+}
+
+// Lets in as many bytes as there are; a single larger frame passes alone.
+class MemoryGate {
+  public:
+    explicit MemoryGate(size_t budget) : budget_(budget) {}
+    void enter(size_t bytes) {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return used_ == 0 || used_ + bytes <= budget_; });
+        used_ += bytes;
+    }
+    void leave(size_t bytes) {
+        std::lock_guard lock(mutex_);
+        used_ -= bytes;
+        changed_.notify_all();
+    }
+
+  private:
+    size_t budget_, used_ = 0;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+};
+
+size_t machineMemory() { return size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGESIZE)); }
+
+class Run {
+  public:
+    Run(const Batch& batch, const std::atomic<bool>& stop,
+        const std::function<bool(const Task&, const Outcome&)>& done)
+        : batch_(batch), stop_(stop), done_(done), gate_(batch.memory ? batch.memory : machineMemory() / 4) {
+        for (const Step& step : batch.chain.steps)
+            for (const Pass& pass : step.effect->header.passes)
+                isPersistent_ |= pass.persistent && step.enabled;
+        isParallel_ = !isPersistent_ && batch.runner->backend() == Backend::Cpu;
+        jobs_ = batch.jobs > 0 ? batch.jobs : tbb::this_task_arena::max_concurrency();
+        for (const Kept& kept : batch.keep)
+            if (kept.image != "depth") images_.push_back(kept.image);
+        free_.push_back(batch.runner);
+    }
+
+    void run() {
+        using tbb::filter_mode;
+        tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(std::max(jobs_, 2)));
+        // Frames side by side need no threads within a frame.
+        int threadsBefore = cv::getNumThreads();
+        bool isSideBySide = isParallel_ && jobs_ > 1 && batch_.tasks.size() >= size_t(2 * jobs_);
+        if (isSideBySide || jobs_ == 1) cv::setNumThreads(1);
+        filter_mode runMode = isParallel_     ? filter_mode::parallel
+                              : isPersistent_ ? filter_mode::serial_in_order
+                                              : filter_mode::serial_out_of_order;
+        tbb::task_arena arena(jobs_);
+        arena.execute([&] {
+            // Finished frames wait for their turn to be reported, so there are more of them than workers.
+            tbb::parallel_pipeline(
+                jobs_ == 1 ? 1 : size_t(2 * jobs_),
+                tbb::make_filter<void, Token*>(filter_mode::serial_in_order, [this](tbb::flow_control& flow) {
+                    return next(flow);
+                }) & tbb::make_filter<Token*, Token*>(filter_mode::parallel, [this](Token* t) {
+                    return read(t);
+                }) & tbb::make_filter<Token*, Token*>(runMode, [this](Token* t) {
+                    return apply(t);
+                }) & tbb::make_filter<Token*, Token*>(filter_mode::parallel, [this](Token* t) {
+                    return write(t);
+                }) & tbb::make_filter<Token*, void>(filter_mode::serial_in_order, [this](Token* t) {
+                    finish(t);
+                }));
+        });
+        cv::setNumThreads(threadsBefore);
+    }
+
+  private:
+    Token* next(tbb::flow_control& flow) {
+        if (stop_ || isEnough_ || at_ == batch_.tasks.size()) {
+            flow.stop();
+            return nullptr;
+        }
+        const Task& task = batch_.tasks[at_];
+        if (at_ == 0 || batch_.tasks[at_ - 1].frame != task.frame) {
+            current_ = std::make_shared<SharedFrame>();
+            currentBytes_ = bytesNeeded(task.making.input);
+        }
+        at_++;
+        auto token = new Token;
+        token->task = &task;
+        token->wantsThumbnail = at_ <= batch_.thumbnails;
+        token->frame = current_;
+        token->bytes = currentBytes_;
+        gate_.enter(token->bytes);
+        return token;
+    }
+
+    // Colour as stored and decoded, depth twice, the outputs, and one of them encoded: an upper estimate.
+    size_t bytesNeeded(const std::string& input) const {
+        std::error_code none;
+        cv::Size size;
+        try {
+            size = declaredSize(input);
+        } catch (const Error&) {  // reading will say it
+        }
+        size_t pixels = size_t(size.width) * size_t(size.height);
+        if (!pixels)
+            return std::filesystem::exists(input, none) ? std::filesystem::file_size(input, none) * 24 : 0;
+        return pixels * (16 + 16 + 8 + 16 * (1 + batch_.keep.size()) + 12);
+    }
+
+    Token* read(Token* token) {
+        guarded(*token, [&] {
+            if (batch_.resume && isUpToDate(*token)) return;
+            SharedFrame& frame = *token->frame;
+            const Making& making = token->task->making;
+            tbb::collaborative_call_once(frame.once, [&] {
+                auto start = Clock::now();
+                try {
+                    frame.captured = readFrame(FrameFiles{making.input, making.frame.depth, making.time},
+                                               int(making.index), making.frame.read());
+                    frame.captured.seed = making.seed;
+                    if (frame.captured.time == 0 && !making.time)
+                        frame.captured.time = double(making.index) / making.framesPerSecond;
+                    frame.files = describeFiles(frame.captured.files);
+                    frame.ready = resolveDepth(frame.captured, batch_.chain.policy);
+                } catch (const Error& e) {
+                    frame.error = e.what();
+                    frame.status = int(e.kind());
+                } catch (const std::exception& e) {
+                    frame.error = text("'", making.input, "': ", e.what());
+                    frame.status = int(ErrorKind::Io);
+                }
+                frame.seconds = secondsSince(start);
+            });
+            token->outcome.readSeconds = frame.seconds;
+            token->outcome.notes = frame.captured.notes;
+            token->outcome.size = frame.captured.size();
+            if (frame.status) token->fail(frame.error, frame.status);
+        });
+        return token;
+    }
+
+    bool isUpToDate(Token& token) const {
+        const Task& task = *token.task;
+        std::error_code none;
+        if (!std::filesystem::exists(task.output, none) || !canHoldAttributes(task.output)) return false;
+        auto record = readRecord(task.output);
+        std::string why = record ? staleness(*record, task.making) : "does not say how it was made";
+        if (!why.empty())
+            failIo("--resume: '", task.output, "' exists, but ", why, "; remove it or write elsewhere");
+        token.outcome.state = Outcome::State::UpToDate;
+        return true;
+    }
+
+    std::shared_ptr<Runner> takeRunner(size_t variant) {
+        if (isPersistent_) {  // each variant has a history of its own
+            if (variant >= byVariant_.size()) byVariant_.resize(variant + 1);
+            if (!byVariant_[variant])
+                byVariant_[variant] = variant == 0 ? batch_.runner : batch_.backend.makeRunner(batch_.chain);
+            return byVariant_[variant];
+        }
+        if (!isParallel_) return batch_.runner;
+        std::lock_guard lock(runnersMutex_);
+        if (free_.empty()) return makeCpuRunner();
+        auto runner = free_.back();
+        free_.pop_back();
+        return runner;
+    }
+
+    void giveBack(const std::shared_ptr<Runner>& runner) {
+        if (!isParallel_) return;
+        std::lock_guard lock(runnersMutex_);
+        free_.push_back(runner);
+    }
+
+    Token* apply(Token* token) {
+        guarded(*token, [&] {
+            auto start = Clock::now();
+            const Task& task = *token->task;
+            auto runner = takeRunner(task.variant);
+            Chain chain = withSettings(batch_.chain, task.making.settings);
+            // A worker that waits inside must not pick up another frame: it would need this runner.
+            tbb::this_task_arena::isolate([&] {
+                token->result =
+                    applyChain(*runner, chain, token->frame->ready, images_, &token->outcome.decisions);
+            });
+            giveBack(runner);
+            token->outcome.runSeconds = secondsSince(start);
+        });
+        return token;
+    }
+
+    Token* write(Token* token) {
+        guarded(*token, [&] {
+            auto start = Clock::now();
+            const Task& task = *token->task;
+            WriteOptions options;
+            options.frameIndex = int(task.making.index);
+            options.seed = task.making.seed;
+            options.attributes[recordKey] = writeRecord(task.making, token->frame->files);
+            std::filesystem::path folder = std::filesystem::path(task.output).parent_path();
+            std::error_code error;
+            if (!folder.empty()) std::filesystem::create_directories(folder, error);
+            if (error) failIo("'", folder.string(), "' cannot be made: ", error.message());
+            // The picture comes last: where it is, everything beside it is.
+            WriteOptions data = options;
+            data.isData = true;
+            for (const Kept& kept : batch_.keep) {
+                std::string path = OutputNames::keptBeside(task.output, kept);
+                bool isDepth = kept.image == "depth";
+                writeImage(path,
+                           isDepth ? token->frame->ready.frame.depth : token->result.images.at(kept.image),
+                           data);
+                token->outcome.files.push_back(path);
+            }
+            const cv::Mat& color = token->result.images.at("color");
+            writeImage(task.output, color, options);
+            token->outcome.files.push_back(task.output);
+            if (token->wantsThumbnail) {
+                double scale = std::min(1., 480. / color.cols);
+                cv::Size size(std::max(1, int(color.cols * scale)), std::max(1, int(color.rows * scale)));
+                cv::resize(color, token->outcome.thumbnail, size, 0, 0, cv::INTER_AREA);
+            }
+            token->outcome.writeSeconds = secondsSince(start);
+        });
+        token->result = {};
+        token->frame.reset();
+        return token;
+    }
+
+    void finish(Token* raw) {
+        std::unique_ptr<Token> token(raw);
+        gate_.leave(token->bytes);
+        if (!done_(*token->task, token->outcome)) isEnough_ = true;
+    }
+
+    const Batch& batch_;
+    const std::atomic<bool>& stop_;
+    const std::function<bool(const Task&, const Outcome&)>& done_;
+    MemoryGate gate_;
+    bool isPersistent_ = false, isParallel_ = false;
+    int jobs_ = 1;
+    std::vector<std::string> images_;
+    size_t at_ = 0, currentBytes_ = 0;
+    std::shared_ptr<SharedFrame> current_;
+    std::atomic<bool> isEnough_ = false;
+    std::mutex runnersMutex_;
+    std::vector<std::shared_ptr<Runner>> free_, byVariant_;
+};
+
+}  // namespace
+
+void runBatch(const Batch& batch, const std::atomic<bool>& stop,
+              const std::function<bool(const Task&, const Outcome&)>& done) {
+    Run(batch, stop, done).run();
+}
+
+}  // namespace brume::host

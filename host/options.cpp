@@ -1,0 +1,87 @@
+#include "options.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "cpu/cpu_runner.hpp"
+#include "error.hpp"
+#include "frame/depth_encoding.hpp"
+#include "gl/gl_runner.hpp"
+#include "nearest_name.hpp"
+
+namespace brume::host {
+namespace {
+
+const std::vector<std::string> backendNames = {"auto", "cpu", "gl", "osmesa", "egl"};
+
+// Asking EGL takes a tenth of a second; a machine without these has no GPU to offer.
+bool mayHaveGpu() {
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator("/dev/dri", none))
+        if (entry.path().filename().string().starts_with("renderD")) return true;
+    return std::filesystem::exists("/dev/nvidiactl", none);
+}
+
+}  // namespace
+
+void FrameOptions::addTo(CLI::App& command) {
+    command.add_option(
+        "--depth", depth,
+        "Where depth is: a file, a pattern such as 'depth/{stem}.png' or 'd.####.exr', a folder, or a "
+        "list (default: Z in the frame's EXR, what its sidecar names, or NAME.depth.EXT beside it)");
+    command.add_option(
+        "--depth-encoding", encoding,
+        "What the depth file's numbers mean: a ready-made name (" +
+            CLI::detail::join(depthEncodingNames(), ", ") +
+            "), then details, as in 'opengl:near=.1,far=100' (default: what the sidecar says)");
+    command.add_option("--color", color,
+                       "What the colour file holds: srgb or linear (default: by its format)");
+}
+
+ReadOptions FrameOptions::read() const {
+    ReadOptions options;
+    options.depth = depth;
+    if (!encoding.empty()) options.encoding = parseDepthEncoding(encoding);
+    if (!color.empty()) {
+        if (color != "srgb" && color != "linear")
+            failUsage("--color: no choice '", color, "'", suggestion(color, {"srgb", "linear"}));
+        options.colorIsSrgb = color == "srgb";
+    }
+    return options;
+}
+
+void BackendOption::addTo(CLI::App& command) {
+    command
+        .add_option("--backend", name,
+                    "cpu, gl (the best OpenGL there is), osmesa, egl, or auto: a GPU if there is one, else "
+                    "the CPU")
+        ->capture_default_str();
+}
+
+void BackendOption::validate() const {
+    if (std::find(backendNames.begin(), backendNames.end(), name) == backendNames.end())
+        failUsage("--backend: no backend '", name, "'", suggestion(name, backendNames));
+}
+
+std::unique_ptr<Runner> BackendOption::makeRunner(const Chain& chain) const {
+    validate();
+    if (name == "cpu") return makeCpuRunner();
+    if (name == "gl") return makeGlRunner(GlPlatform::Auto);
+    if (name == "osmesa") return makeGlRunner(GlPlatform::Osmesa);
+    if (name == "egl") return makeGlRunner(GlPlatform::Egl);
+    bool needsGl = std::any_of(chain.steps.begin(), chain.steps.end(), [](const Step& step) {
+        const PluginEffect* plugin = step.effect->plugin.get();
+        return step.enabled && !(plugin && (plugin->hasRows() || plugin->hasRun()));
+    });
+    if (needsGl) return makeGlRunner(GlPlatform::Auto);
+    if (mayHaveGpu()) try {
+            auto thread = std::make_shared<GlThread>(GlPlatform::Egl);
+            bool isHardware = false;
+            thread->run([&](GlContext& context) { isHardware = context.isHardware(); });
+            if (isHardware) return makeGlRunner(thread);
+        } catch (const Error&) {  // no usable EGL: the CPU it is
+        }
+    return makeCpuRunner();
+}
+
+}  // namespace brume::host

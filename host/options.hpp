@@ -1,0 +1,32 @@
+// Command-line options that several subcommands share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "effect/runner.hpp"
+#include "frame/read.hpp"
+
+namespace brume::host {
+
+/// How to read a frame, as far as the command line says.
+struct FrameOptions {
+    std::string depth, encoding, color;
+
+    void addTo(CLI::App& command);
+    /// Throws Error (Usage) naming the option, its value and the nearest valid one.
+    ReadOptions read() const;
+};
+
+struct BackendOption {
+    std::string name = "auto";
+
+    void addTo(CLI::App& command);
+    /// Throws Error (Usage) for an unknown name.
+    void validate() const;
+    /// Auto takes GL where a real GPU renders, or where `chain` holds an effect without a CPU half.
+    std::unique_ptr<Runner> makeRunner(const Chain& chain) const;
+};
+
+}  // namespace brume::host

@@ -1,0 +1,137 @@
+#include "record.hpp"
+
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "error.hpp"
+#include "frame/attributes.hpp"
+
+namespace brume::host {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+// Tells changed files apart; not meant against malice.
+std::string contentHash(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    if (!in) failIo("'", path, "' cannot be read");
+    uint64_t h = 0x9e3779b97f4a7c15u;
+    std::vector<char> block(1 << 18);
+    while (in) {
+        in.read(block.data(), std::streamsize(block.size()));
+        size_t count = size_t(in.gcount());
+        for (size_t k = 0; k < count; k += 8) {
+            uint64_t word = 0;
+            std::memcpy(&word, block.data() + k, std::min<size_t>(8, count - k));
+            h = std::rotl(h ^ word, 29) * 0xbf58476d1ce4e5b9u;
+        }
+        h ^= count;
+    }
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(h ^ h >> 31));
+    return digits;
+}
+
+int64_t changeTime(const std::string& path) {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(fs::last_write_time(path).time_since_epoch())
+        .count();
+}
+
+json identityOf(const Making& making) {
+    json made;
+    made["version"] = BRUME_VERSION;
+    made["input"] = making.input;
+    json frame = json::object();
+    if (!making.frame.depth.empty()) frame["depth"] = making.frame.depth;
+    if (!making.frame.encoding.empty()) frame["encoding"] = making.frame.encoding;
+    if (!making.frame.color.empty()) frame["color"] = making.frame.color;
+    made["frame"] = frame;
+    made["index"] = making.index;
+    if (making.time) made["time"] = *making.time;
+    made["fps"] = making.framesPerSecond;
+    made["seed"] = making.seed;
+    made["backend"] = making.backend;
+    made["preset"] = json::parse(*making.preset);
+    return made;
+}
+
+}  // namespace
+
+json describeFiles(const std::vector<std::string>& files) {
+    json list = json::array();
+    for (const std::string& file : files) {
+        std::error_code error;
+        auto bytes = fs::file_size(file, error);
+        if (error) failIo("'", file, "' vanished while it was worked on");
+        list.push_back(
+            {{"name", file}, {"bytes", bytes}, {"changed", changeTime(file)}, {"hash", contentHash(file)}});
+    }
+    return list;
+}
+
+std::string writeRecord(const Making& making, const json& files) {
+    json record = identityOf(making);
+    record["files"] = files;
+    json settings = json::object();
+    for (const auto& [path, value] : making.settings) settings[path] = value;
+    record["settings"] = settings;
+    return record.dump();
+}
+
+std::optional<json> readRecord(const std::string& path) {
+    auto attributes = readAttributes(path);
+    auto found = attributes.find(recordKey);
+    if (found == attributes.end()) return {};
+    json record = json::parse(found->second, nullptr, false);
+    if (!record.is_object()) return {};
+    return record;
+}
+
+Making makingOf(const json& record, const std::string& path) {
+    try {
+        Making making;
+        making.input = record.at("input").get<std::string>();
+        const json& frame = record.at("frame");
+        making.frame.depth = frame.value("depth", "");
+        making.frame.encoding = frame.value("encoding", "");
+        making.frame.color = frame.value("color", "");
+        making.index = record.at("index").get<size_t>();
+        if (record.contains("time")) making.time = record["time"].get<double>();
+        making.framesPerSecond = record.at("fps").get<double>();
+        making.seed = record.at("seed").get<uint32_t>();
+        making.backend = record.at("backend").get<std::string>();
+        making.preset = std::make_shared<std::string>(record.at("preset").dump());
+        if (record.contains("settings"))
+            for (const auto& [key, value] : record["settings"].items())
+                making.settings.emplace_back(key, value.get<std::string>());
+        return making;
+    } catch (const json::exception& e) {
+        failIo("'", path, "': its record of how it was made is damaged: ", e.what());
+    }
+}
+
+std::string staleness(const json& record, const Making& making) {
+    json expected = identityOf(making);
+    for (const auto& [key, value] : expected.items())
+        if (!record.contains(key) || record[key] != value) {
+            std::string was = record.contains(key) ? record[key].dump() : "nothing";
+            return key == "preset" ? "was made with another preset"
+                                   : text("was made with ", key, " ", was, ", not ", value.dump());
+        }
+    for (const json& file : record.value("files", json::array())) {
+        std::string name = file.value("name", "");
+        std::error_code error;
+        auto bytes = fs::file_size(name, error);
+        if (error) return text("was made from '", name, "', which is gone");
+        bool looksSame = bytes == file.value("bytes", uintmax_t(0));
+        if (!looksSame || (changeTime(name) != file.value("changed", int64_t(0)) &&
+                           contentHash(name) != file.value("hash", "")))
+            return text("was made before '", name, "' changed");
+    }
+    return "";
+}
+
+}  // namespace brume::host

@@ -1,0 +1,45 @@
+// How an output was made, as its own metadata says: enough to make it again and to tell whether it is stale.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "options.hpp"
+#include "sweep.hpp"
+
+namespace brume::host {
+
+/// The key of the text attribute in EXR, PNG and TIFF files.
+inline constexpr const char* recordKey = "brume:made";
+
+/// One output: everything that decides its pixels.
+struct Making {
+    std::string input;
+    FrameOptions frame;          ///< its depth is the file itself, no pattern
+    std::optional<double> time;  ///< s, where the frames' names or list say it
+    size_t index = 0;            ///< place among all frames of the run: decides time and dither
+    double framesPerSecond = 24;
+    uint32_t seed = 0;
+    std::string backend;                        ///< "cpu" or "gl"
+    std::shared_ptr<const std::string> preset;  ///< JSON with all settings applied
+    Settings settings;                          ///< what --set said and drew, for people and name patterns
+};
+
+/// Files' names, sizes, times and content hashes, so that a changed input is noticed. Throws Error (Io).
+nlohmann::ordered_json describeFiles(const std::vector<std::string>& files);
+
+/// The record's text. `files` from describeFiles.
+std::string writeRecord(const Making& making, const nlohmann::ordered_json& files);
+
+/// The record in an image file; none if it has none. Throws Error (Io) if the file cannot be read.
+std::optional<nlohmann::ordered_json> readRecord(const std::string& path);
+
+/// Back to what made it. Throws Error (Io) naming `path` if the record lacks something.
+Making makingOf(const nlohmann::ordered_json& record, const std::string& path);
+
+/// Empty if the record says that exactly `making` made it from files as they are now; otherwise what differs.
+std::string staleness(const nlohmann::ordered_json& record, const Making& making);
+
+}  // namespace brume::host

@@ -1,0 +1,72 @@
+#include "report.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "error.hpp"
+
+namespace brume::host {
+
+void Report::add(const Task& task, const Outcome& outcome) {
+    using State = Outcome::State;
+    nlohmann::ordered_json entry;
+    entry["index"] = task.making.index;
+    entry["input"] = task.making.input;
+    entry["output"] = task.output;
+    entry["state"] = outcome.state == State::Made       ? "made"
+                     : outcome.state == State::UpToDate ? "up to date"
+                                                        : "failed";
+    if (!outcome.error.empty()) entry["error"] = outcome.error;
+    for (const auto& [path, value] : task.making.settings) entry["settings"][path] = value;
+    if (outcome.state == State::Made) {
+        entry["files"] = outcome.files;
+        entry["size"] = {outcome.size.width, outcome.size.height};
+        entry["seconds"] = {
+            {"read", outcome.readSeconds}, {"run", outcome.runSeconds}, {"write", outcome.writeSeconds}};
+        megapixels_ += outcome.size.area() * 1e-6;
+    }
+    frames_.push_back(entry);
+    made_ += outcome.state == State::Made;
+    upToDate_ += outcome.state == State::UpToDate;
+    failed_ += outcome.state == State::Failed;
+}
+
+std::string Report::summary() const {
+    double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    char line[200];
+    std::snprintf(line, sizeof line, "%zu made in %.1f s, %.2f a second, %.1f megapixels/s", made_, seconds,
+                  double(made_) / seconds, megapixels_ / seconds);
+    std::string all = line;
+    if (upToDate_) all += text("; ", upToDate_, " were up to date");
+    if (failed_) all += text("; ", failed_, " failed");
+    return all;
+}
+
+void Report::write(const std::string& path) const {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    nlohmann::ordered_json report;
+    report["version"] = BRUME_VERSION;
+    report["frames"] = frames_;
+    report["summary"] = {
+        {"made", made_},      {"up_to_date", upToDate_},   {"failed", failed_},
+        {"seconds", seconds}, {"megapixels", megapixels_}, {"peak_bytes", usage.ru_maxrss * 1024}};
+    std::string temporary = text(path, ".", getpid(), ".part");
+    std::ofstream out(temporary, std::ios::binary);
+    out << report.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
+    out.close();
+    std::error_code error;
+    if (out) std::filesystem::rename(temporary, path, error);
+    if (!out || error) {
+        std::error_code none;
+        std::filesystem::remove(temporary, none);
+        failIo("'", path, "': the report cannot be written");
+    }
+}
+
+}  // namespace brume::host
