@@ -1,5 +1,6 @@
 #include "gl/isf_host.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
@@ -46,15 +47,6 @@ std::vector<std::pair<std::string, std::string>> hostUniforms(const EffectHeader
     return uniforms;
 }
 
-// 420pack lets local constants have values known only at run time, as older compilers did.
-std::string head(const EffectHeader& header, size_t ownFile) {
-    std::ostringstream out;
-    out << "#version 330 core\n#extension GL_ARB_shading_language_420pack : enable\n#line 1 " << ownFile
-        << "\n";
-    for (const auto& [type, name] : hostUniforms(header)) out << "uniform " << type << " " << name << ";\n";
-    return out.str();
-}
-
 // Sampling a pixel's exact centre gives that pixel, where a filter would mix in a little of its neighbours.
 const char* const samplingFunctions = R"(
 vec4 isf_atPixel(sampler2D image, vec2 p) {
@@ -74,6 +66,17 @@ vec4 isf_texture2D(sampler2D image, vec2 p, float bias) { return IMG_NORM_PIXEL(
 vec4 isf_texture2DLod(sampler2D image, vec2 p, float lod) { return IMG_NORM_PIXEL(image, p); }
 vec4 isf_texture2DRect(sampler2D image, vec2 p) { return isf_atPixel(image, p); }
 )";
+
+// 420pack lets local constants have values known only at run time, as older compilers did. brume's functions
+// come before the uniforms, whose names may hide functions that they call.
+std::string head(const EffectHeader& header, size_t ownFile) {
+    std::ostringstream out;
+    out << "#version 330 core\n#extension GL_ARB_shading_language_420pack : enable\n#line 1 " << ownFile
+        << "\n"
+        << samplingFunctions;
+    for (const auto& [type, name] : hostUniforms(header)) out << "uniform " << type << " " << name << ";\n";
+    return out.str();
+}
 
 const char* const fragmentFunctions = R"(
 vec4 IMG_THIS_PIXEL(sampler2D image) { return IMG_NORM_PIXEL(image, isf_FragNormCoord); }
@@ -102,15 +105,41 @@ std::set<std::string> hostNames(const EffectHeader& header) {
     return names;
 }
 
-ShaderText vertexShader(const EffectHeader& header, const std::string& path) {
+// What the fragment shader takes, where no vertex shader gives it: the pixel's place, whatever it was meant
+// to be.
+std::string stopgapVaryings(const std::vector<IsfVarying>& taken, const std::vector<IsfVarying>& given,
+                            std::string& assignments) {
+    std::string declarations;
+    for (const IsfVarying& varying : taken) {
+        if (std::any_of(given.begin(), given.end(), [&](auto& other) { return other.name == varying.name; }))
+            continue;
+        declarations += "out " + varying.type + " " + varying.name + varying.array + ";\n";
+        static const std::map<std::string, std::string> values = {{"float", "isf_corner.x"},
+                                                                  {"vec2", "isf_corner"},
+                                                                  {"vec3", "vec3(isf_corner, 0.0)"},
+                                                                  {"vec4", "vec4(isf_corner, 0.0, 1.0)"},
+                                                                  {"mat2", "mat2(1.0)"},
+                                                                  {"mat3", "mat3(1.0)"},
+                                                                  {"mat4", "mat4(1.0)"}};
+        auto value = values.find(varying.type);
+        if (value == values.end()) continue;
+        const std::string element = varying.array.empty() ? "" : "[k]";
+        if (!varying.array.empty()) assignments += "for (int k = 0; k < " + varying.name + ".length(); k++) ";
+        assignments += varying.name + element + " = " + value->second + "; ";
+    }
+    return declarations;
+}
+
+ShaderText vertexShader(const EffectHeader& header, const std::string& path, const IsfUses& fragment) {
     IsfUses uses;
     std::string body =
         path.empty() ? "" : rewriteIsf(readText(path), IsfStage::Vertex, hostNames(header), uses);
-    std::string source = head(header, 1) + samplingFunctions + vertexDeclarations;
+    std::string source = head(header, 1) + vertexDeclarations;
     if (uses.identifiers.count("gl_TexCoord")) source += "out vec4 isf_TexCoord[8];\n";
-    source += "#line 1 0\n" + body + "\n#line 1 1\n";
-    source += uses.definesMain ? "void main() { isf_vertShaderInit(); isf_main(); }\n"
-                               : "void main() { isf_vertShaderInit(); }\n";
+    std::string assignments;
+    source += stopgapVaryings(fragment.varyings, uses.varyings, assignments);
+    source += "#line 1 0\n" + body + "\n#line 1 1\nvoid main() { isf_vertShaderInit(); " + assignments +
+              (uses.definesMain ? "isf_main(); " : "") + "}\n";
     return {GL_VERTEX_SHADER, source, {path.empty() ? header.path : path}};
 }
 
@@ -125,7 +154,7 @@ std::vector<ShaderText> isfPassSource(const Step& step, size_t) {
 
     std::string source = head(header, expanded.files.size());
     // Without a vertex shader of its own a pixel's place is known exactly, not interpolated.
-    source += vertexPath.empty() ? "#define isf_FragNormCoord (gl_FragCoord.xy / RENDERSIZE)\n"
+    source += vertexPath.empty() ? "vec2 isf_FragNormCoord = gl_FragCoord.xy / RENDERSIZE;\n"
                                  : "in vec2 isf_FragNormCoord;\n";
     source += uses.fragmentData
                   ? "layout(location = 0) out vec4 isf_FragData[1];\n#define isf_FragColor isf_FragData[0]\n"
@@ -133,10 +162,10 @@ std::vector<ShaderText> isfPassSource(const Step& step, size_t) {
     if (uses.identifiers.count("gl_TexCoord"))
         source += vertexPath.empty() ? "#define isf_TexCoord vec4[1](vec4(isf_FragNormCoord, 0.0, 1.0))\n"
                                      : "in vec4 isf_TexCoord[8];\n";
-    source += std::string(samplingFunctions) + fragmentFunctions + body;
+    source += fragmentFunctions + body;
     source += text("\n#line 1 ", expanded.files.size(),
                    "\nvoid main() { isf_FragColor = vec4(0.0); isf_main(); }\n");
-    return {vertexShader(header, vertexPath), {GL_FRAGMENT_SHADER, source, expanded.files}};
+    return {vertexShader(header, vertexPath, uses), {GL_FRAGMENT_SHADER, source, expanded.files}};
 }
 
 void isfSetUniforms(const Program& program, const View& view, double timeDelta, cv::Size target,

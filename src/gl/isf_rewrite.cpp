@@ -49,7 +49,7 @@ bool isNameStart(char c) { return std::isalpha(static_cast<unsigned char>(c)) ||
 bool isNamePart(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 
 struct Token {
-    enum class Kind { Name, Number, Symbol, Space, Comment, Directive } kind;
+    enum class Kind { Name, Number, Symbol, Space, Comment } kind;
     std::string text;
 };
 
@@ -119,20 +119,84 @@ void blankDirective(std::vector<Token>& tokens, size_t hash) {
     blank(tokens, hash, end);
 }
 
-// `uniform vec2 RENDERSIZE;` where the host declares that name already.
-void blankRedeclaration(std::vector<Token>& tokens, size_t start, const std::set<std::string>& hostNames) {
-    static const std::set<std::string> storage = {"uniform", "varying", "in", "out", "attribute"};
-    if (!storage.count(tokens[start].text)) return;
-    std::vector<std::string> words;
-    size_t end = start;
-    for (; end < tokens.size() && tokens[end].text != ";"; end++) {
-        if (tokens[end].kind == Token::Kind::Name)
-            words.push_back(tokens[end].text);
-        else if (!isBlank(tokens[end]))
-            return;  // several names, an array, or a function's parameter
+// What stands between a storage word and its semicolon, if it is the declaration of a global variable.
+struct Declaration {
+    std::vector<std::string> words;  // qualifiers, type, names
+    std::string array;
+    size_t end = 0;  // the token after the semicolon; 0: no such declaration
+};
+
+Declaration declarationAt(const std::vector<Token>& tokens, size_t start) {
+    Declaration found;
+    for (size_t k = start; k < tokens.size(); k++) {
+        const Token& token = tokens[k];
+        if (token.kind == Token::Kind::Name && found.array.empty()) {
+            found.words.push_back(token.text);
+        } else if (token.text == ";") {
+            if (found.words.size() >= 3) found.end = k + 1;
+            return found;
+        } else if (token.text == "[" || !found.array.empty()) {
+            if (!isBlank(token)) found.array += token.text;
+            if (token.text == "," || token.text == "=") return found;
+        } else if (!isBlank(token) && token.text != ",") {
+            return found;  // a function's parameter
+        }
     }
-    if (end < tokens.size() && words.size() >= 3 && hostNames.count(words.back()))
-        blank(tokens, start, end + 1);
+    return found;
+}
+
+bool isPrecision(const std::string& word) { return word == "lowp" || word == "mediump" || word == "highp"; }
+
+// Blanks the `layout(...)` that ends before `place`.
+void blankLayout(std::vector<Token>& tokens, size_t place) {
+    size_t k = place;
+    while (k > 0 && isBlank(tokens[k - 1])) k--;
+    if (k == 0 || tokens[k - 1].text != ")") return;
+    while (k > 0 && tokens[k - 1].text != "layout") k--;
+    if (k > 0) blank(tokens, k - 1, place);
+}
+
+// Blanks `uniform vec2 RENDERSIZE;` where the host declares that name already; notes what goes between the
+// stages, and a fragment shader's own output, which becomes a plain variable.
+void readDeclaration(std::vector<Token>& tokens, size_t start, IsfStage stage,
+                     const std::set<std::string>& hostNames, IsfUses& uses) {
+    static const std::set<std::string> storage = {"uniform", "varying", "in", "out", "attribute"};
+    const std::string word = tokens[start].text;
+    if (!storage.count(word)) return;
+    const Declaration declaration = declarationAt(tokens, start);
+    if (declaration.end == 0) return;
+    const auto& words = declaration.words;
+    const size_t type = isPrecision(words[1]) ? 2 : 1;
+    const bool isFragment = stage == IsfStage::Fragment;
+    if (words.size() == type + 2 && hostNames.count(words.back())) {
+        blank(tokens, start, declaration.end);
+    } else if (isFragment && word == "out") {
+        blankLayout(tokens, start);
+        blank(tokens, start, start + 1);
+        uses.output = words.back();
+    } else if (word == "varying" || word == (isFragment ? "in" : "out")) {
+        for (size_t k = type + 1; k < words.size(); k++)
+            uses.varyings.push_back({words[type], words[k], k + 1 == words.size() ? declaration.array : ""});
+    }
+}
+
+// `const float aspect = RENDERSIZE.x / RENDERSIZE.y;` is no constant, though some compilers took it for one.
+void blankConst(std::vector<Token>& tokens, size_t start, std::set<std::string>& variables) {
+    size_t end = start, assignment = 0;
+    bool isVariable = false;
+    for (; end < tokens.size() && tokens[end].text != ";"; end++) {
+        if (tokens[end].text == "{" || (tokens[end].text == ")" && assignment == 0))
+            return;  // no declaration
+        if (tokens[end].text == "=" && assignment == 0) assignment = end;
+        isVariable |= assignment > 0 && variables.count(tokens[end].text) > 0;
+    }
+    if (!isVariable) return;
+    for (size_t k = assignment; k-- > start;)
+        if (tokens[k].kind == Token::Kind::Name) {
+            variables.insert(tokens[k].text);
+            break;
+        }
+    blank(tokens, start, start + 1);
 }
 
 }  // namespace
@@ -150,13 +214,22 @@ std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set
                        IsfUses& uses) {
     std::vector<Token> tokens = tokenise(source);
     for (size_t k = 0; k < tokens.size(); k++) {
+        // Drivers differ in what they make of letters that are not ASCII.
+        if (tokens[k].kind == Token::Kind::Comment) blank(tokens, k, k + 1);
+        if (tokens[k].kind == Token::Kind::Symbol && static_cast<unsigned char>(tokens[k].text[0]) >= 0x80)
+            tokens[k] = {Token::Kind::Space, " "};
+    }
+    std::set<std::string> variables = hostNames;
+    variables.insert("gl_FragCoord");
+    for (size_t k = 0; k < tokens.size(); k++) {
         if (tokens[k].text == "#") blankDirective(tokens, k);
         if (tokens[k].kind != Token::Kind::Name) continue;
         std::string& name = tokens[k].text;
         uses.identifiers.insert(name);
         if (name == "discard") uses.discards = true;
         if (name == "gl_FragData") uses.fragmentData = true;
-        blankRedeclaration(tokens, k, hostNames);
+        readDeclaration(tokens, k, stage, hostNames, uses);
+        if (name == "const") blankConst(tokens, k, variables);
         if (tokens[k].kind != Token::Kind::Name) continue;
         const size_t next = nextSolid(tokens, k + 1);
         const std::string following = next < tokens.size() ? tokens[next].text : "";

@@ -4,8 +4,15 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 namespace brume {
+
+/// A value that the vertex shader hands to the fragment shader.
+struct IsfVarying {
+    std::string type, name;
+    std::string array;  ///< "[5]", or empty
+};
 
 /// What a file's text is found to use, so that only that is declared for it.
 struct IsfUses {
@@ -13,6 +20,8 @@ struct IsfUses {
     bool fragmentData = false;  ///< gl_FragData instead of gl_FragColor
     bool definesMain = false;
     std::set<std::string> identifiers;
+    std::vector<IsfVarying> varyings;
+    std::string output;  ///< of a fragment shader that declares its own instead of gl_FragColor
 };
 
 enum class IsfStage { Vertex, Fragment };

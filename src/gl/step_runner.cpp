@@ -177,7 +177,9 @@ void StepRunner::runPass(Bound& bound, size_t index) {
                               ? bound.outputSize
                               : cv::Size(evaluateSize(pass.width, bound.variables, bound.inputSize.width),
                                          evaluateSize(pass.height, bound.variables, bound.inputSize.height));
-    const GLenum format = bound.header.linear || pass.isFloat || isOutput ? GL_RGBA32F : GL_RGBA8;
+    // What a foreign file's last pass draws is what is seen, under whatever name.
+    const bool isShown = isOutput || (index + 1 == bound.header.passes.size() && !pass.persistent);
+    const GLenum format = bound.header.linear || pass.isFloat || isShown ? GL_RGBA32F : GL_RGBA8;
     // A target that is read before it was ever written is transparent black.
     for (const Pass& other : bound.header.passes)
         if (!other.target.empty() && !bound.samplers[other.target] && program.uses(other.target))
