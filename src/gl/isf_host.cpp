@@ -163,8 +163,9 @@ std::vector<ShaderText> isfPassSource(const Step& step, size_t) {
         source += vertexPath.empty() ? "#define isf_TexCoord vec4[1](vec4(isf_FragNormCoord, 0.0, 1.0))\n"
                                      : "in vec4 isf_TexCoord[8];\n";
     source += fragmentFunctions + body;
-    source += text("\n#line 1 ", expanded.files.size(),
-                   "\nvoid main() { isf_FragColor = vec4(0.0); isf_main(); }\n");
+    source +=
+        text("\n#line 1 ", expanded.files.size(), "\nvoid main() { isf_FragColor = vec4(0.0); isf_main(); ",
+             uses.output.empty() ? "" : "isf_FragColor = " + uses.output + "; ", "}\n");
     return {vertexShader(header, vertexPath, uses), {GL_FRAGMENT_SHADER, source, expanded.files}};
 }
 

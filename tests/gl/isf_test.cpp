@@ -93,5 +93,39 @@ TEST_P(IsfTest, PersistentBuffersOfVersionOneSurvive) {
     }
 }
 
+// Each file of fixtures/idioms draws its input inverted, each in another idiom of published files.
+TEST_P(IsfTest, IdiomsOfPublishedFilesDrawWhatTheySay) {
+    FramePair frame = probeFrame(12, 8);
+    frame.color = randomImage(12, 8);
+    auto gl = runner();
+    int count = 0;
+    for (const auto& item : std::filesystem::directory_iterator(BRUME_TEST_DATA "/gl/fixtures/idioms")) {
+        if (item.path().extension() != ".fs") continue;
+        SCOPED_TRACE(item.path().filename().string());
+        count++;
+        cv::Mat color;
+        try {
+            const auto effect = loadEffect(item.path().string(), "", {item.path().parent_path().string()});
+            color = gl->run(chainOf({stepOf(effect)}), frame, {}).images.at("color");
+        } catch (const Error& error) {
+            ADD_FAILURE() << error.what();
+            continue;
+        }
+        double worst = 0;
+        for (int j = 0; j < 8; j++)
+            for (int i = 0; i < 12; i++)
+                for (int c = 0; c < 4; c++) {
+                    const double in = frame.color.at<cv::Vec4f>(j, i)[c];
+                    const double wanted = c == 3 ? in : decoded(1 - encoded(in));
+                    const double difference = std::abs(color.at<cv::Vec4f>(j, i)[c] - wanted);
+                    worst = difference <= closeness  ? worst
+                            : std::isnan(difference) ? 1e9
+                                                     : std::max(worst, difference);
+                }
+        EXPECT_EQ(worst, 0);
+    }
+    EXPECT_GE(count, 16);
+}
+
 }  // namespace
 }  // namespace brume
