@@ -363,15 +363,14 @@ ReferencePixel reference(const DepthFog& p, const ReferenceContext& c, cv::Point
 
     Truth truth = fogTruth(p, scene, planar, distance, cosine);
     ReferencePixel pixel;
-    double largest = 1;
     for (int n = 0; n < 3; n++) {
         pixel.color[n] = truth.color[n];
         pixel.transmittance[n] = truth.transmittance[n];
         double airlight = p.color[n] + (p.sun == noSun ? 0 : std::abs(truth.color[n]));
-        largest = std::max({largest, std::abs(double(scene[n])), airlight});
+        for (double term : {std::abs(double(scene[n])), airlight})
+            if (std::isfinite(term)) pixel.scale = std::max(pixel.scale, term);
     }
     pixel.color[3] = scene[3];
-    pixel.scale = std::isfinite(largest) ? largest : 1;
 
     // 4 ulp of the distance (of its larger operand, before the start is subtracted) and of the cosine.
     const double epsilon = std::numeric_limits<float>::epsilon();

@@ -119,7 +119,8 @@ void fogOf(float planarDepth, float distance, out vec3 transmittance, out vec3 o
 // 4. Airlight: the fog's colour, and the sun's lobe round its direction.
 vec3 airlightOf(vec3 direction, float distance) {
     if (sun == sun_none) return color.rgb;
-    if (sun_offset > 0.0 && !isInf(distance)) direction = normalize(direction * distance + sun_offset);
+    // From 1e15 m on the offset is nothing, and squares would overflow.
+    if (sun_offset > 0.0) direction = normalize(direction * min(distance, 1e15) + sun_offset);
     if (sun == sun_power) {
         float cosine = dot(direction, toSun);
         return color.rgb + sunLight * (cosine > 0.0 ? pow(cosine, sun_exponent) : 0.0);

@@ -185,8 +185,8 @@ TEST(DepthFog, TheSunLobePeaksTowardsTheSunAndHenyeyGreensteinIntegratesToOne) {
             auto out = only(
                 one,
                 R"("sun": "henyey-greenstein", "color": [0,0,0], "sun_color": [1,1,1], "sun_anisotropy": )" +
-                    g + ", \"sun_direction\": [" + std::to_string(sine) + ", 0, " +
-                    std::to_string(-cosine) + "]");
+                    g + ", \"sun_direction\": [" + std::to_string(sine) + ", 0, " + std::to_string(-cosine) +
+                    "]");
             integral += out[0] * 2 * CV_PI * 2 / n;
         }
         EXPECT_NEAR(integral, 1, 2e-3) << g;
@@ -216,15 +216,13 @@ TEST(KitMath, ElementaryFunctionsHoldTheirStatedAccuracy) {
         if (tau < 80)
             worstTransmittance =
                 std::max(worstTransmittance, std::abs(e.transmittance / std::exp(-double(tau)) - 1));
-        float base = std::ldexp(mantissa(random), int(random() % 40) - 30), y = mantissa(random);
-        double bound = 1e-7 * (2 + std::abs(y * std::log2(double(base))));
-        worstPow =
-            std::max(worstPow, std::abs(powFast(base, y) / std::pow(double(base), double(y)) - 1) / bound);
+        float base = std::ldexp(mantissa(random), int(random() % 100) - 60), y = mantissa(random);
+        worstPow = std::max(worstPow, std::abs(powFast(base, y) / std::pow(double(base), double(y)) - 1));
     }
     EXPECT_LT(worstExp, 2e-7);
     EXPECT_LT(worstOpacity, 2e-7) << "no cancellation, down to τ = 1e-10";
     EXPECT_LT(worstTransmittance, 3e-7);
-    EXPECT_LT(worstPow, 1);
+    EXPECT_LT(worstPow, 3e-7);
     EXPECT_EQ(extinctionOf(infinity).transmittance, 0);
     EXPECT_EQ(extinctionOf(0).opacity, 0);
     EXPECT_EQ(extinctionOf(0).transmittance, 1);

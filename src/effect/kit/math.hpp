@@ -70,8 +70,11 @@ BRUME_INLINE Extinction extinctionOf(float opticalDepth) {
     return {opticalDepth < 87.0f ? transmittance : 0.0f, opticalDepth < 87.0f ? opacity : 1.0f};
 }
 
-/// log2 x for normal x > 0, relative error of x^y = exp2Fast(y·log2Fast(x)) about |y·log2 x|·1e-7.
-BRUME_INLINE float log2Fast(float x) {
+/// log2 x in two parts, n + fraction, |fraction| ≤ ½, for normal x > 0.
+struct SplitLog2 {
+    float n, fraction;
+};
+BRUME_INLINE SplitLog2 splitLog2(float x) {
     int bits = std::bit_cast<int>(x);
     int n = (bits - 0x3f3504f3) >> 23;  // mantissa in [√½, √2)
     float m = std::bit_cast<float>(bits - (n << 23)) - 1.0f;
@@ -86,34 +89,54 @@ BRUME_INLINE float log2Fast(float x) {
     p = p * m + 3.3333331174e-1f;
     float square = m * m;
     float log = m + (p * m * square - 0.5f * square);
-    return float(n) + log * 1.44269504f;
+    return {float(n), log * 1.44269504f};
+}
+BRUME_INLINE float log2Fast(float x) {
+    SplitLog2 log = splitLog2(x);
+    return log.n + log.fraction;
 }
 
-/// 2^x for x from -126 to 127; outside 0 and inf.
-BRUME_INLINE float exp2Fast(float x) {
-    float inside = x < -126.0f ? -126.0f : (x > 127.0f ? 127.0f : x);
-    const float shift = 12582912.0f;
-    float shifted = inside + shift;
-    float r = (inside - (shifted - shift)) * 0.693147181f;
-    int n = std::bit_cast<int>(shifted) - std::bit_cast<int>(shift);
+/// 2^(n + r) for whole n and |r| ≤ ½, relative error 1e-7; 0 below 2^-126, inf from 2^127.5 on.
+BRUME_INLINE float exp2Split(float n, float r) {
+    float inside = n < -126.0f ? -126.0f : (n > 127.0f ? 127.0f : n);
+    float x = r * 0.693147181f;
     float p = 1.9875691500e-4f;
-    p = p * r + 1.3981999507e-3f;
-    p = p * r + 8.3334519073e-3f;
-    p = p * r + 4.1665795894e-2f;
-    p = p * r + 1.6666665459e-1f;
-    p = p * r + 5.0000001201e-1f;
-    float scale = powerOfTwo(n);
-    float value = scale + scale * (p * (r * r) + r);
-    value = x < -126.0f ? 0.0f : value;
-    return x > 127.0f ? HUGE_VALF : value;
+    p = p * x + 1.3981999507e-3f;
+    p = p * x + 8.3334519073e-3f;
+    p = p * x + 4.1665795894e-2f;
+    p = p * x + 1.6666665459e-1f;
+    p = p * x + 5.0000001201e-1f;
+    float scale = powerOfTwo(int(inside));
+    float value = scale + scale * (p * (x * x) + x);
+    value = n < -126.0f ? 0.0f : value;
+    return n > 127.0f ? HUGE_VALF : value;
+}
+/// The nearest whole number, for |x| < 2^22.
+BRUME_INLINE float roundFast(float x) {
+    const float shift = 12582912.0f;
+    return (x + shift) - shift;
+}
+BRUME_INLINE float exp2Fast(float x) {
+    float inside = x < -1000.0f ? -1000.0f : (x > 1000.0f ? 1000.0f : x);
+    float n = roundFast(inside);
+    return exp2Split(n, inside - n);
 }
 
-/// x^y for x ≥ 0, y > 0: 0 at 0 (and below fp32's normal numbers), inf at inf.
+/// x^y for x ≥ 0, y > 0, relative error below 3e-7 for y up to 4 (then growing as y·1e-7): 0 at 0 (and below
+/// fp32's normal numbers), inf at inf, NaN at NaN. The product y·log2 x is kept in a whole and a small part,
+/// or its rounding would cost a bit for every doubling of the exponent.
 BRUME_INLINE float powFast(float x, float y) {
     float inside = x < 1.17549435e-38f ? 1.17549435e-38f : (x > 3.4e38f ? 3.4e38f : x);
-    float value = exp2Fast(y * log2Fast(inside));
+    SplitLog2 log = splitLog2(inside);
+    float high = std::bit_cast<float>(std::bit_cast<uint32_t>(y) & 0xfffff000u);  // high·n is exact
+    float whole = high * log.n;
+    float n = roundFast(whole);
+    float r = (whole - n) + ((y - high) * log.n + y * log.fraction);
+    float more = roundFast(r);
+    float value = exp2Split(n + more, r - more);
     value = x < 1.17549435e-38f ? 0.0f : value;
-    return x > 3.4e38f ? HUGE_VALF : value;
+    value = x > 3.4e38f ? HUGE_VALF : value;
+    return isNan(x) ? x : value;
 }
 
 /// sRGB's curve, odd and unclipped, for HDR and negative values alike.
