@@ -108,7 +108,7 @@ class CpuRunner final : public Runner {
         if (effect.header.pointwise && size != input.size())
             failUsage(step.id, ": a POINTWISE effect cannot change the image's size");
         context.view = viewFor(*frame_, size);
-        context.depth = resampleNearest(frame_->depth, size);
+        context.depth = resampleNearest(frame_->depth, input.size());
         for (const auto& parameter : effect.header.parameters)
             if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage())
                 context.images[parameter.name] =

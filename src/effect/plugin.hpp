@@ -25,7 +25,8 @@ namespace brume {
 using DerivedValues = std::map<std::string, std::vector<float>, std::less<>>;
 
 /// What `rows` and `run` work on. All images of one call have the output's size, except `input` of an effect
-/// whose output pass declares another size; other image inputs and depth have been resampled to the output's.
+/// whose output pass declares another size, and depth with it; other image inputs have been resampled to the
+/// output's.
 struct CpuContext {
     View view;
     cv::Mat input;          ///< CV_32FC4; may be the output itself in `rows`

@@ -123,7 +123,7 @@ void StepRunner::bindImages(Bound& bound, GlFrame& frame) {
         }
     }
     for (const ImportedImage& image : header.imported) bound.samplers[image.name] = imported(image);
-    if (header.linear) bound.samplers["depthImage"] = helpers_.resampleNearest(frame.depth, bound.outputSize);
+    if (header.linear) bound.samplers["depthImage"] = helpers_.resampleNearest(frame.depth, bound.inputSize);
     for (const Pass& pass : header.passes)
         if (pass.persistent && !pass.target.empty())
             if (auto kept = persistent_.find(persistentKey(step, pass.target));
