@@ -331,6 +331,7 @@ std::vector<CheckCase> checkEffect(const std::shared_ptr<const Effect>& effect, 
             Step mirror;
             mirror.effect = mirrorEffect();
             mirror.id = "check_mirror";
+            mirror.values = defaultValues(mirror.effect->header.parameters);
             mirror.output = otherImage;
             chain.steps.push_back(mirror);
         }
