@@ -55,12 +55,10 @@ uniform sampler2D image;
 uniform ivec2 passSize;
 layout(location = 0) out vec4 color;
 ivec2 imageSize2() { return textureSize(image, 0); }
-// from the top left, edges replicated
-vec4 at(ivec2 p) {
-    p = clamp(p, ivec2(0), imageSize2() - 1);
-    return texelFetch(image, ivec2(p.x, imageSize2().y - 1 - p.y), 0);
-}
-ivec2 pixel() { return ivec2(int(gl_FragCoord.x), passSize.y - 1 - int(gl_FragCoord.y)); }
+// edges replicated
+vec4 at(ivec2 p) { return texelFetch(image, clamp(p, ivec2(0), imageSize2() - 1), 0); }
+ivec2 pixel() { return ivec2(gl_FragCoord.xy); }
+ivec2 turnedOver() { return ivec2(pixel().x, passSize.y - 1 - pixel().y); }
 )";
 
 // The place of a pixel's centre in the other image is a fraction of whole numbers, exact until the one
@@ -87,7 +85,7 @@ void main() { color = at((2 * pixel() + 1) * imageSize2() / (2 * passSize)); }
 
 const char* const encodeBody = R"(
 void main() {
-    vec4 c = at(pixel());
+    vec4 c = at(turnedOver());
     vec3 x = max(c.rgb, 0.0);
     vec3 encoded = mix(1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
     color = vec4(encoded, c.a);
@@ -96,7 +94,7 @@ void main() {
 
 const char* const decodeBody = R"(
 void main() {
-    vec4 c = at(pixel());
+    vec4 c = at(turnedOver());
     vec3 x = max(c.rgb, 0.0);
     vec3 decoded = mix(pow((x + 0.055) / 1.055, vec3(2.4)), x / 12.92, lessThanEqual(x, vec3(0.04045)));
     // A NaN is the shader's own mistake, to be seen; max would hide it.
@@ -129,11 +127,11 @@ TexturePtr HelperPasses::resampleNearest(const TexturePtr& image, cv::Size size)
     return image->size() == size ? image : run(nearestBody, image, size, image->format());
 }
 
-TexturePtr HelperPasses::encodeSrgb(const TexturePtr& image) {
+TexturePtr HelperPasses::toIsf(const TexturePtr& image) {
     return run(encodeBody, image, image->size(), GL_RGBA32F);
 }
 
-TexturePtr HelperPasses::decodeSrgb(const TexturePtr& image, bool mayDiscard) {
+TexturePtr HelperPasses::fromIsf(const TexturePtr& image, bool mayDiscard) {
     return run(std::string(mayDiscard ? "#define MAY_DISCARD 1\n" : "") + decodeBody, image, image->size(),
                GL_RGBA32F);
 }

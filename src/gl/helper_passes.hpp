@@ -34,11 +34,12 @@ class HelperPasses {
     TexturePtr resampleLinear(const TexturePtr& image, cv::Size size);
     /// The twin of resampleNearest.
     TexturePtr resampleNearest(const TexturePtr& image, cv::Size size);
-    /// Linear RGB to sRGB-encoded, piecewise and exact, going on above 1; negatives become 0. Alpha stays.
-    TexturePtr encodeSrgb(const TexturePtr& image);
+    /// For foreign ISF files: rows turned over, to have the lowest first, and linear RGB to sRGB-encoded,
+    /// piecewise and exact, going on above 1; negatives become 0. Alpha stays.
+    TexturePtr toIsf(const TexturePtr& image);
     /// The reverse. Pixels that no shader wrote stay recognisable, or become transparent black if
     /// `mayDiscard`.
-    TexturePtr decodeSrgb(const TexturePtr& image, bool mayDiscard);
+    TexturePtr fromIsf(const TexturePtr& image, bool mayDiscard);
 
   private:
     TexturePtr run(const std::string& body, const TexturePtr& image, cv::Size size, GLenum format);

@@ -1,6 +1,7 @@
 #include "gl/step_runner.hpp"
 
 #include <algorithm>
+#include <opencv2/core.hpp>
 
 #include "error.hpp"
 #include "frame/read.hpp"
@@ -32,7 +33,7 @@ StepRunner::StepRunner(const GlFunctions& gl)
 StepRunner::~StepRunner() {
     for (auto& [name, table] : tables_)
         if (table.buffer) gl_.DeleteBuffers(1, &table.buffer);
-    for (const PendingQuery& pending : queries_) gl_.DeleteQueries(1, &pending.query);
+    for (const PendingQuery& pending : queries_) gl_.DeleteQueries(2, pending.queries);
 }
 
 std::string StepRunner::persistentKey(const Step& step, const std::string& target) const {
@@ -50,10 +51,11 @@ TexturePtr StepRunner::constant(cv::Size size, const cv::Vec4f& value) {
     return texture;
 }
 
-TexturePtr StepRunner::imported(const ImportedImage& image) {
-    TexturePtr& texture = imported_[image.path];
+TexturePtr StepRunner::imported(const ImportedImage& image, bool isForeign) {
+    TexturePtr& texture = imported_[image.path + (isForeign ? "\nlowest row first" : "")];
     if (!texture) {
-        const cv::Mat rgba = isfImportedImage(image);
+        cv::Mat rgba = isfImportedImage(image);
+        if (isForeign) cv::flip(rgba, rgba, 0);
         texture = pool_.take(rgba.size(), GL_RGBA32F);
         texture->upload(rgba);
     }
@@ -85,7 +87,7 @@ void StepRunner::run(const Step& step, GlFrame& frame) {
                       ": no pass without TARGET ran, so nothing was drawn; one must, whatever WHEN says");
     }
     frame.images[step.output] =
-        header.linear ? *output : helpers_.decodeSrgb(*output, isfMayLeavePixels(*step.effect));
+        header.linear ? *output : helpers_.fromIsf(*output, isfMayLeavePixels(*step.effect));
 }
 
 void StepRunner::bindImages(Bound& bound, GlFrame& frame) {
@@ -117,12 +119,13 @@ void StepRunner::bindImages(Bound& bound, GlFrame& frame) {
             sampler = parameter.name == header.mainImage()
                           ? image->second
                           : helpers_.resampleLinear(image->second, bound.outputSize);
-            if (!header.linear) sampler = helpers_.encodeSrgb(sampler);
+            if (!header.linear) sampler = helpers_.toIsf(sampler);
         } else {
             bound.samplers.erase(parameter.name);
         }
     }
-    for (const ImportedImage& image : header.imported) bound.samplers[image.name] = imported(image);
+    for (const ImportedImage& image : header.imported)
+        bound.samplers[image.name] = imported(image, !header.linear);
     if (header.linear) bound.samplers["depthImage"] = helpers_.resampleNearest(frame.depth, bound.inputSize);
     for (const Pass& pass : header.passes)
         if (pass.persistent && !pass.target.empty())
@@ -188,9 +191,9 @@ void StepRunner::runPass(Bound& bound, size_t index) {
     PendingQuery pending{bound.header.passes.size() == 1
                              ? bound.step.id
                              : bound.step.id + "/" + (isOutput ? "output" : pass.target),
-                         0};
-    gl_.CreateQueries(GL_TIME_ELAPSED, 1, &pending.query);
-    gl_.BeginQuery(GL_TIME_ELAPSED, pending.query);
+                         {}};
+    gl_.CreateQueries(GL_TIMESTAMP, 2, pending.queries);
+    gl_.QueryCounter(pending.queries[0], GL_TIMESTAMP);
     const int repeat = pass.repeat.empty() ? 1 : int(pass.repeat.evaluate(bound.variables));
     for (int k = 0; k < repeat; k++) {
         // Never drawn into what is read: every run of a pass has a target of its own.
@@ -207,7 +210,7 @@ void StepRunner::runPass(Bound& bound, size_t index) {
             draw(bound, program, target, isOutput);
         (isOutput ? bound.output : bound.samplers[pass.target]) = target;
     }
-    gl_.EndQuery(GL_TIME_ELAPSED);
+    gl_.QueryCounter(pending.queries[1], GL_TIMESTAMP);
     queries_.push_back(pending);
     if (pass.persistent && !isOutput)
         persistent_[persistentKey(bound.step, pass.target)] = bound.samplers[pass.target];
@@ -291,10 +294,11 @@ void StepRunner::bindSamplers(Bound& bound, const Program& program) {
 std::vector<StepTiming> StepRunner::timings() {
     std::vector<StepTiming> result;
     for (const PendingQuery& pending : queries_) {
-        GLuint64 nanoseconds = 0;
-        gl_.GetQueryObjectui64v(pending.query, GL_QUERY_RESULT, &nanoseconds);
-        gl_.DeleteQueries(1, &pending.query);
-        result.push_back({pending.name, double(nanoseconds) * 1e-6});
+        GLuint64 begin = 0, end = 0;  // ns
+        gl_.GetQueryObjectui64v(pending.queries[0], GL_QUERY_RESULT, &begin);
+        gl_.GetQueryObjectui64v(pending.queries[1], GL_QUERY_RESULT, &end);
+        gl_.DeleteQueries(2, pending.queries);
+        result.push_back({pending.name, double(end - begin) * 1e-6});
     }
     queries_.clear();
     return result;

@@ -57,7 +57,7 @@ class StepRunner {
     void bindSamplers(Bound& bound, const Program& program);
     static cv::Size targetSize(const Bound& bound, const Pass& pass);
     TexturePtr constant(cv::Size size, const cv::Vec4f& value);
-    TexturePtr imported(const ImportedImage& image);
+    TexturePtr imported(const ImportedImage& image, bool isForeign);
     std::string persistentKey(const Step& step, const std::string& target) const;
 
     const GlFunctions& gl_;
@@ -71,7 +71,7 @@ class StepRunner {
     std::map<std::string, TexturePtr> imported_;    // by path
     struct PendingQuery {
         std::string name;
-        GLuint query;
+        GLuint queries[2];  // timestamps before and after: llvmpipe miscounts GL_TIME_ELAPSED at first use
     };
     std::vector<PendingQuery> queries_;
 };

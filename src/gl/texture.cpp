@@ -1,7 +1,6 @@
 #include "gl/texture.hpp"
 
 #include <bit>
-#include <cstring>
 
 #include "error.hpp"
 
@@ -50,12 +49,10 @@ void Texture::setSampling() {
 
 void Texture::upload(const cv::Mat& image) {
     CV_Assert(image.size() == size_ && image.type() == (format_ == GL_R32F ? CV_32F : CV_32FC4));
-    cv::Mat reversed(image.size(), image.type());
-    const size_t rowBytes = image.cols * image.elemSize();
-    for (int row = 0; row < image.rows; row++)
-        std::memcpy(reversed.ptr(image.rows - 1 - row), image.ptr(row), rowBytes);
+    gl_.PixelStorei(GL_UNPACK_ROW_LENGTH, GLint(image.step / image.elemSize()));
     gl_.TextureSubImage2D(name_, 0, 0, 0, image.cols, image.rows, format_ == GL_R32F ? GL_RED : GL_RGBA,
-                          GL_FLOAT, reversed.data);
+                          GL_FLOAT, image.data);
+    gl_.PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
 void Texture::upload(const std::vector<float>& volume) {
@@ -65,20 +62,18 @@ void Texture::upload(const std::vector<float>& volume) {
 }
 
 cv::Mat Texture::download(const std::string& what) const {
-    const int type = format_ == GL_R32F ? CV_32F : CV_32FC4;
-    cv::Mat reversed(size_, type), image(size_, type);
-    const size_t rowBytes = image.cols * image.elemSize(), rowWords = rowBytes / 4;
+    cv::Mat image(size_, format_ == GL_R32F ? CV_32F : CV_32FC4);
+    const size_t rowWords = image.cols * image.elemSize() / 4;
     gl_.GetTextureImage(name_, 0, format_ == GL_R32F ? GL_RED : GL_RGBA, GL_FLOAT,
-                        GLsizei(rowBytes * image.rows), reversed.data);
+                        GLsizei(image.total() * image.elemSize()), image.data);
     for (int row = 0; row < image.rows; row++) {
-        const auto* words = reversed.ptr<uint32_t>(image.rows - 1 - row);
-        bool untouched = false;
+        const auto* words = image.ptr<uint32_t>(row);
+        unsigned untouched = 0;
         for (size_t k = 0; k < rowWords; k++) untouched |= words[k] == sentinel;
         if (untouched)
             throw Error(ErrorKind::CheckFailed,
                         text(what, ": row ", row,
                              " holds pixels that no shader wrote; every pass must store every pixel"));
-        std::memcpy(image.ptr(row), words, rowBytes);
     }
     return image;
 }

@@ -298,12 +298,15 @@ TEST_P(GlRunnerTest, ImagesOfAnotherSizeAreResampledAsOnTheCpu) {
     FramePair deep = probeFrame(31, 23);
     for (int j = 0; j < 23; j++)
         for (int i = 0; i < 31; i++) deep.depth.at<float>(j, i) = float(i + 100 * j);
-    Step depths = stepOf(linearEffect(std::string(inputOnly) + R"(, "PASSES": [{"WIDTH": 12, "HEIGHT": 8}])",
-                                      "void main() { store(vec4(depthAt(pixel()), 0.0, 0.0, 1.0)); }"));
-    const cv::Mat nearest = runner()->run(chainOf({depths}), deep, {}).images.at("color");
-    const cv::Mat wanted = resampleNearest(deep.depth, {12, 8});
-    for (int j = 0; j < 8; j++)
-        for (int i = 0; i < 12; i++) EXPECT_EQ(nearest.at<cv::Vec4f>(j, i)[0], wanted.at<float>(j, i));
+    Step depths =
+        stepOf(linearEffect(inputOnly, "void main() { store(vec4(depthAt(pixel()), 0.0, 0.0, 1.0)); }"));
+    depths.input = depths.output = "thumbnail";
+    const cv::Mat nearest =
+        runner()->run(chainOf({small, depths}), deep, {"thumbnail"}).images.at("thumbnail");
+    const cv::Mat wanted = resampleNearest(deep.depth, thumbnail.size());
+    for (int j = 0; j < wanted.rows; j++)
+        for (int i = 0; i < wanted.cols; i++)
+            EXPECT_EQ(nearest.at<cv::Vec4f>(j, i)[0], wanted.at<float>(j, i)) << i << ", " << j;
 }
 
 TEST_P(GlRunnerTest, AnUnwrittenPixelIsAnError) {

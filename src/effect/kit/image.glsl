@@ -1,4 +1,5 @@
-// Pixels of images, addressed from the top left, in fragment and compute passes alike.
+// Pixels of images, addressed from the top left, in fragment and compute passes alike. Images lie in memory as on the
+// CPU, upper row first, so OpenGL's own lower left corner never shows; reach pixels through these functions only.
 // The host declares: passSize (px of this pass's target), the samplers, and what storePixel writes to.
 
 // This invocation's pixel: (column, row from the top). In a compute pass that runs over rows or columns, OVER
@@ -7,19 +8,17 @@ ivec2 pixel() {
 #ifdef BRUME_COMPUTE
     return ivec2(gl_GlobalInvocationID.xy);
 #else
-    return ivec2(int(gl_FragCoord.x), passSize.y - 1 - int(gl_FragCoord.y));
+    return ivec2(gl_FragCoord.xy);
 #endif
 }
 
 // Edges replicate.
 vec4 fetch(sampler2D image, ivec2 p) {
-    ivec2 size = textureSize(image, 0);
-    p = clamp(p, ivec2(0), size - 1);
-    return texelFetch(image, ivec2(p.x, size.y - 1 - p.y), 0);
+    return texelFetch(image, clamp(p, ivec2(0), textureSize(image, 0) - 1), 0);
 }
 
 #ifdef BRUME_COMPUTE
-void storePixel(ivec2 p, vec4 color) { imageStore(brume_target, ivec2(p.x, passSize.y - 1 - p.y), color); }
+void storePixel(ivec2 p, vec4 color) { imageStore(brume_target, p, color); }
 void store(vec4 color) { storePixel(pixel(), color); }
 #else
 void store(vec4 color) { brume_color = color; }
