@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "frame/airlight.hpp"
 
 namespace brume {
 
@@ -62,6 +63,25 @@ Chain withSidecar(const Chain& chain, const FramePair& frame) {
                 }
             }
             step.values[parameter.name] = parseValue(parameter, item, frame.name + ": sidecar: " + step.id);
+        }
+    }
+    return result;
+}
+
+Chain withAirlight(const Chain& chain, const FramePair& frame, std::map<std::string, std::string>* why) {
+    Chain result = chain;
+    std::optional<Airlight> airlight;
+    for (auto& step : result.steps) {
+        for (const auto& parameter : step.effect->header.parameters) {
+            auto& value = step.values.at(parameter.name);
+            if (parameter.type != ParameterType::Color || !value.automatic) continue;
+            if (!airlight) airlight = pickAirlight(frame);
+            const auto& c = airlight->color;
+            value = ParameterValue{{c[0], c[1], c[2], 1}};
+            if (!why) continue;
+            std::string& sentence = (*why)[step.id];
+            sentence += text(sentence.empty() ? "" : "; ", parameter.name, " is (", float(c[0]), ", ",
+                             float(c[1]), ", ", float(c[2]), "), the ", airlight->how);
         }
     }
     return result;

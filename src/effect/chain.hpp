@@ -59,4 +59,9 @@ FrameStatistics measureFrame(const FramePair& frame);
 Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
                 const std::vector<std::string>& keep, std::vector<StepPlan>* decisions = nullptr);
 
+/// Colour parameters that are "auto" get the picture's own airlight (frame/airlight.hpp); `why` (may be null)
+/// gets a sentence for each step id that has one.
+Chain withAirlight(const Chain& chain, const FramePair& frame,
+                   std::map<std::string, std::string>* why = nullptr);
+
 }  // namespace brume

@@ -108,6 +108,11 @@ static void parsePolicy(const json& preset, Chain& chain, const std::string& whe
     };
     if (preset.contains("unknown"))
         chain.policy.unknown = UnknownDepth(choose("unknown", {"fill", "far", "keep"}));
+    if (preset.contains("smooth_depth")) {
+        if (!preset["smooth_depth"].is_number() || !(preset["smooth_depth"] >= 0))
+            failUsage(where, ": smooth_depth: ", preset["smooth_depth"].dump(), " is not a radius in px");
+        chain.policy.smooth = preset["smooth_depth"].get<double>();
+    }
     if (!preset.contains("sky")) return;
     if (preset["sky"].is_number()) {
         chain.policy.sky = SkyPolicy::AtDistance;
@@ -129,7 +134,8 @@ Chain parsePreset(const std::string& jsonText, const std::string& where, const E
                                       jsonText.begin() + std::min(error.byte, jsonText.size()), '\n'));
         failUsage(where, ":", line, ": not JSON: ", error.what());
     }
-    const std::vector<std::string> known = {"name", "description", "sky", "unknown", "effects"};
+    const std::vector<std::string> known = {"name",    "description",  "sky",
+                                            "unknown", "smooth_depth", "effects"};
     if (!preset.is_object()) failUsage(where, ": a preset is an object with \"effects\"");
     for (const auto& [key, item] : preset.items())
         if (std::find(known.begin(), known.end(), key) == known.end())
@@ -185,6 +191,7 @@ std::string writePreset(const Chain& chain) {
     if (chain.policy.sky == SkyPolicy::Untouched) preset["sky"] = "untouched";
     if (chain.policy.unknown == UnknownDepth::Far) preset["unknown"] = "far";
     if (chain.policy.unknown == UnknownDepth::Keep) preset["unknown"] = "keep";
+    if (chain.policy.smooth > 0) preset["smooth_depth"] = chain.policy.smooth;
     preset["effects"] = ordered::array();
     for (const auto& step : chain.steps) {
         ordered object;

@@ -218,8 +218,15 @@ RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captur
 
 RunResult applyChain(Runner& runner, const Chain& chain, const ReadyFrame& ready,
                      const std::vector<std::string>& keep, std::vector<StepPlan>* decisions) {
-    Chain planned =
-        planChain(withSidecar(chain, ready.frame), ready.frame, runner.backend(), keep, decisions);
+    std::map<std::string, std::string> airlights;
+    Chain stated = withAirlight(withSidecar(chain, ready.frame), ready.frame, &airlights);
+    Chain planned = planChain(stated, ready.frame, runner.backend(), keep, decisions);
+    if (decisions)
+        for (auto& decision : *decisions)
+            if (auto found = airlights.find(decision.id); found != airlights.end()) {
+                decision.plan.why += (decision.plan.why.empty() ? "" : "; ") + found->second;
+                decision.planned = true;
+            }
     RunResult result = runner.run(planned, ready.frame, keep);
     if (ready.restore.empty()) return result;
     auto& color = result.images.at("color");

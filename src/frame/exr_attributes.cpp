@@ -3,8 +3,18 @@
 #include <ImfDoubleAttribute.h>
 #include <ImfHeader.h>
 #include <ImfMatrixAttribute.h>
+#include <ImfStringAttribute.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "error.hpp"
 
 namespace brume {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
 
 namespace {
 
@@ -15,32 +25,76 @@ struct NamedDouble {
 constexpr NamedDouble intrinsics[] = {
     {"brumeFx", &Camera::fx}, {"brumeFy", &Camera::fy}, {"brumeCx", &Camera::cx}, {"brumeCy", &Camera::cy}};
 
-}  // namespace
-
-void putCamera(Imf::Header& header, const Camera& camera, double time) {
-    for (const NamedDouble& n : intrinsics) header.insert(n.name, Imf::DoubleAttribute(camera.*n.field));
-    Imath::M44d matrix;
-    for (int row = 0; row < 4; ++row)
-        for (int column = 0; column < 4; ++column) matrix[row][column] = camera.worldFromCamera(row, column);
-    header.insert("brumeWorldFromCamera", Imf::M44dAttribute(matrix));
-    header.insert("brumeTime", Imf::DoubleAttribute(time));
-}
-
-std::optional<ExrCamera> getCamera(const Imf::Header& header) {
-    ExrCamera found;
+std::optional<Camera> getCamera(const Imf::Header& header, const std::string& path) {
+    Camera camera;
     for (const NamedDouble& n : intrinsics) {
         const auto* value = header.findTypedAttribute<Imf::DoubleAttribute>(n.name);
         if (!value) return std::nullopt;
-        found.camera.*n.field = value->value();
+        camera.*n.field = value->value();
     }
+    if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy)))
+        failIo(path, ": its focal lengths brumeFx, brumeFy are ", camera.fx, ", ", camera.fy,
+               ", not above 0");
     const auto* matrix = header.findTypedAttribute<Imf::M44dAttribute>("brumeWorldFromCamera");
     if (!matrix) return std::nullopt;
     for (int row = 0; row < 4; ++row)
         for (int column = 0; column < 4; ++column)
-            found.camera.worldFromCamera(row, column) = matrix->value()[row][column];
+            camera.worldFromCamera(row, column) = matrix->value()[row][column];
+    return camera;
+}
+
+std::string textOf(const Imf::Header& header, const char* name) {
+    const auto* attribute = header.findTypedAttribute<Imf::StringAttribute>(name);
+    return attribute ? attribute->value() : "";
+}
+
+}  // namespace
+
+ExrStatements getStatements(const Imf::Header& header, const std::string& path) {
+    ExrStatements stated;
+    stated.camera = getCamera(header, path);
     if (const auto* time = header.findTypedAttribute<Imf::DoubleAttribute>("brumeTime"))
-        found.time = time->value();
-    return found;
+        stated.time = time->value();
+    const std::string encoding = textOf(header, "brumeDepthEncoding"),
+                      sidecar = textOf(header, "brumeSidecar");
+    try {
+        if (!encoding.empty()) stated.encoding = parseDepthEncoding(encoding);
+        if (!sidecar.empty()) {
+            json extras = json::parse(sidecar);
+            const fs::path folder = fs::path(path).parent_path() / extras.value("sidecar_folder", "");
+            extras["sidecar_folder"] = folder.lexically_normal().string();
+            stated.extras = std::make_shared<const json>(std::move(extras));
+        }
+    } catch (const Error& e) {
+        failIo(path, ": attribute brumeDepthEncoding: ", e.what());
+    } catch (const json::exception& e) {
+        failIo(path, ": attribute brumeSidecar: ", e.what());
+    }
+    return stated;
+}
+
+void putStatements(Imf::Header& header, const ExrStatements& statements, const std::string& folder) {
+    if (statements.camera) {
+        const Camera& camera = *statements.camera;
+        for (const NamedDouble& n : intrinsics) header.insert(n.name, Imf::DoubleAttribute(camera.*n.field));
+        Imath::M44d matrix;
+        for (int row = 0; row < 4; ++row)
+            for (int column = 0; column < 4; ++column)
+                matrix[row][column] = camera.worldFromCamera(row, column);
+        header.insert("brumeWorldFromCamera", Imf::M44dAttribute(matrix));
+    }
+    if (statements.time) header.insert("brumeTime", Imf::DoubleAttribute(*statements.time));
+    if (!statements.extras) return;
+    json extras = *statements.extras;
+    // The file says these itself.
+    for (const char* key : {"depth", "camera", "color", "time"}) extras.erase(key);
+    const std::string from = extras.value("sidecar_folder", "");
+    extras.erase("sidecar_folder");
+    if (extras.empty()) return;
+    const fs::path relative = fs::absolute(from.empty() ? "." : from)
+                                  .lexically_relative(fs::absolute(folder.empty() ? "." : folder));
+    extras["sidecar_folder"] = relative.string();
+    header.insert("brumeSidecar", Imf::StringAttribute(extras.dump()));
 }
 
 }  // namespace brume

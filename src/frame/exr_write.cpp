@@ -1,8 +1,6 @@
 #include <ImfChannelList.h>
-#include <ImfDoubleAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -12,7 +10,6 @@
 #include <vector>
 
 #include "error.hpp"
-#include "frame/exr_attributes.hpp"
 #include "frame/image_writers.hpp"
 
 namespace brume {
@@ -64,7 +61,6 @@ void writeExr(const std::string& path, const ExrContent& content) {
     Imf::Header header(any.cols, any.rows);
     header.compression() = Imf::ZIP_COMPRESSION;
     header.zipCompressionLevel() = 4;  // half the time of OpenEXR's 6 or more, for 1 % of size
-    if (content.camera) putCamera(header, *content.camera, content.time);
     Planes planes{header, {}, {}};
     planes.halves.reserve(4);
     const char* names[] = {"R", "G", "B", "A"};
@@ -74,6 +70,7 @@ void writeExr(const std::string& path, const ExrContent& content) {
     if (!content.grey.empty()) planes.add("Y", content.grey, 0, content.halfColor);
     if (!content.depth.empty()) planes.add("Z", content.depth, 0, false);
     try {
+        putStatements(header, content.statements, content.folder);
         for (const auto& [name, value] : content.attributes) header.insert(name, Imf::StringAttribute(value));
         Imf::OutputFile out(path.c_str(), header);
         out.setFrameBuffer(planes.buffer);

@@ -30,6 +30,13 @@ std::vector<unsigned char> readBytes(const std::string& path, size_t limit) {
     return bytes;
 }
 
+void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes) {
+    std::ofstream out(path, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    out.close();
+    if (!out) failIo(path, ": cannot be written: ", std::strerror(errno));
+}
+
 void requireSize(const std::string& path, int64_t width, int64_t height, size_t maxPixels) {
     if (width < 1 || height < 1) failIo(path, ": declares ", width, " × ", height, " pixels");
     if (uint64_t(width) > maxPixels / uint64_t(height))

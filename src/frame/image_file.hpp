@@ -38,5 +38,7 @@ StoredImage loadThroughOpenImageIo(const std::string& path, size_t maxPixels);
 
 /// The whole file, at most `limit` bytes. Throws Error (Io).
 std::vector<unsigned char> readBytes(const std::string& path, size_t limit = SIZE_MAX);
+/// Throws Error (Io); what was written stays (see PendingFile).
+void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes);
 
 }  // namespace brume

@@ -4,15 +4,12 @@
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <string>
-#include <vector>
 
-#include "frame/camera.hpp"
+#include "frame/exr_attributes.hpp"
 
 namespace brume {
 
 using TextAttributes = std::map<std::string, std::string>;
-
-void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes);
 
 /// CV_8UC(1, 3 or 4), as stored.
 void writePng(const std::string& path, const cv::Mat& pixels, const TextAttributes& attributes);
@@ -24,10 +21,10 @@ struct ExrContent {
     cv::Mat color;  ///< CV_32FC4 premultiplied, or empty
     bool alpha = true;
     bool halfColor = true;
-    cv::Mat grey;                    ///< CV_32F as channel Y, or empty
-    cv::Mat depth;                   ///< CV_32F as channel Z, or empty
-    const Camera* camera = nullptr;  ///< written as attributes
-    double time = 0;
+    cv::Mat grey;   ///< CV_32F as channel Y, or empty
+    cv::Mat depth;  ///< CV_32F as channel Z, or empty
+    ExrStatements statements;
+    std::string folder;  ///< where the file will stand
     TextAttributes attributes;
 };
 void writeExr(const std::string& path, const ExrContent& content);

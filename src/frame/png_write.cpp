@@ -5,6 +5,7 @@
 #include <opencv2/core/utility.hpp>
 #include <vector>
 
+#include "frame/image_file.hpp"
 #include "frame/image_writers.hpp"
 
 namespace brume {

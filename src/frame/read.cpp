@@ -10,6 +10,7 @@
 #include "frame/color_encoding.hpp"
 #include "frame/exr_attributes.hpp"
 #include "frame/exr_file.hpp"
+#include "frame/guided_depth.hpp"
 #include "frame/image_file.hpp"
 #include "frame/pairing.hpp"
 #include "frame/sidecar.hpp"
@@ -22,7 +23,8 @@ namespace {
 struct StoredDepth {
     std::string path;
     cv::Mat pixels;
-    std::optional<DepthEncoding> habit;  ///< nothing: integers, which might be anything
+    std::optional<DepthEncoding> stated;  ///< by the file itself
+    std::optional<DepthEncoding> habit;   ///< nothing: integers, which might be anything
 };
 
 std::string sizeText(cv::Size size) { return text(size.width, " × ", size.height); }
@@ -58,6 +60,7 @@ StoredDepth readDepthFile(const std::string& path, size_t maxPixels) {
         depth.pixels = cv::Mat::zeros(file.size(), CV_32F);
         file.read({{channel, &depth.pixels, 0}});
         depth.habit = renderedDepth(selectLayers(file).depthInCentimetres);
+        depth.stated = getStatements(file.header(file.channels()[channel].part), path).encoding;
         return depth;
     }
     const StoredImage image = loadImage(path, maxPixels);
@@ -69,7 +72,7 @@ StoredDepth readDepthFile(const std::string& path, size_t maxPixels) {
 struct StoredPair {
     cv::Mat color;  ///< CV_32FC4, linear, unassociated
     std::optional<StoredDepth> depth;
-    std::optional<ExrCamera> camera;
+    ExrStatements stated;
     std::vector<std::string> notes;
 };
 
@@ -78,7 +81,7 @@ StoredPair readExrPair(const std::string& path, bool wantDepth, std::optional<bo
     const ExrSelection selection = selectLayers(file);
     if (!selection.hasColor()) failIo(path, ": holds no colour (no channels R, G, B)");
     StoredPair pair;
-    pair.camera = getCamera(file.header(0));
+    pair.stated = getStatements(file.header(0), path);
     const bool grey = selection.color[1] < 0 && selection.color[2] < 0;
     // Pixels outside the data window are empty: alpha 0 where there is alpha.
     pair.color = cv::Mat(file.size(), CV_32FC4, cv::Scalar(0, 0, 0, selection.color[3] < 0 ? 1 : 0));
@@ -86,7 +89,7 @@ StoredPair readExrPair(const std::string& path, bool wantDepth, std::optional<bo
     for (int c = 0; c < 4; ++c)
         if (selection.color[c] >= 0) requests.push_back({selection.color[c], &pair.color, c});
     if (wantDepth && selection.depth >= 0) {
-        pair.depth = StoredDepth{path, cv::Mat::zeros(file.size(), CV_32F),
+        pair.depth = StoredDepth{path, cv::Mat::zeros(file.size(), CV_32F), pair.stated.encoding,
                                  renderedDepth(selection.depthInCentimetres)};
         requests.push_back({selection.depth, &pair.depth->pixels, 0});
         pair.notes.push_back("depth: channel " + file.channels()[selection.depth].name);
@@ -118,6 +121,15 @@ void requireSomeDepth(const cv::Mat& depth, const std::string& path) {
     failIo(path, ": depth is unknown everywhere");
 }
 
+/// Another size is brought to the colour's; another shape is another view.
+void requireSameShape(const std::string& colorPath, cv::Size color, const std::string& depthPath,
+                      cv::Size depth) {
+    const double stretch = double(color.width) / color.height * depth.height / depth.width;
+    if (color != depth && std::abs(std::log(stretch)) > .02)
+        failIo(depthPath, ": depth is ", sizeText(depth), " pixels, another shape than the colour of ",
+               colorPath, ", ", sizeText(color));
+}
+
 }  // namespace
 
 FramePair readFrame(const std::string& path, const ReadOptions& options) {
@@ -140,10 +152,6 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
         pair.depth = readDepthFile(depthPath, options.maxPixels);
     }
     const StoredDepth& stored = *pair.depth;
-    if (stored.pixels.size() != pair.color.size())
-        failIo(stored.path, ": depth is ", sizeText(stored.pixels.size()), " pixels but the colour of ", path,
-               " is ", sizeText(pair.color.size()));
-
     FramePair frame;
     frame.name = stemOf(path);
     frame.color = pair.color;
@@ -151,15 +159,15 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
     frame.files = {path};
     if (stored.path != path) frame.files.push_back(stored.path);
     if (!sidecar.path.empty()) frame.files.push_back(sidecar.path);
-    frame.time = sidecar.time.value_or(pair.camera ? pair.camera->time : 0);
-    frame.extras = sidecar.extras;
-    const std::optional<Camera> camera = sidecar.camera(frame.size());
-    frame.camera = camera        ? *camera
-                   : pair.camera ? pair.camera->camera
-                                 : Camera::withHorizontalView(frame.size(), 60);
-    if (!camera && !pair.camera)
-        frame.notes.push_back("camera: not stated, assumed 60° wide, level, 1.6 m up");
-    const std::optional<DepthEncoding> stated = options.encoding ? options.encoding : sidecar.encoding;
+    frame.time = sidecar.time.value_or(pair.stated.time.value_or(0));
+    frame.extras = sidecar.extras ? sidecar.extras : pair.stated.extras;
+    std::optional<Camera> camera = sidecar.camera(frame.size());
+    if (!camera) camera = pair.stated.camera;
+    frame.camera = camera ? *camera : Camera::withHorizontalView(frame.size(), 60);
+    if (!camera) frame.notes.push_back("camera: not stated, assumed 60° wide, level, 1.6 m up");
+    const std::optional<DepthEncoding> stated = options.encoding   ? options.encoding
+                                                : sidecar.encoding ? sidecar.encoding
+                                                                   : stored.stated;
     if (!stated && !stored.habit)
         failIo(stored.path,
                ": integers, and nothing says what they mean; state it with --depth-encoding, such as "
@@ -168,9 +176,16 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
     DepthEncoding encoding = stated ? *stated : *stored.habit;
     // What a renderer leaves empty stays sky unless 0 was declared unknown.
     if (stated && stored.habit && stored.habit->zeroIsSky) encoding.zeroIsSky = true;
-    frame.depth = decodeDepth(stored.pixels, encoding, frame.camera);
+    const cv::Size depthSize = stored.pixels.size();
+    requireSameShape(path, frame.size(), stored.path, depthSize);
+    frame.depth = decodeDepth(stored.pixels, encoding, frame.camera.resized(frame.size(), depthSize));
     frame.notes.push_back("depth: " + encoding.describe() + (stated ? "" : " (assumed)"));
     requireSomeDepth(frame.depth, stored.path);
+    if (depthSize != frame.size()) {
+        frame.depth = depthAtSize(frame.color, frame.depth);
+        frame.notes.push_back("depth: brought from " + sizeText(depthSize) + " to " + sizeText(frame.size()) +
+                              (depthSize.width < frame.size().width ? " along colour edges" : ""));
+    }
     return frame;
 }
 

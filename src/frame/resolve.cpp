@@ -4,8 +4,7 @@
 #include <limits>
 #include <opencv2/core/utility.hpp>
 
-#include "frame/color_encoding.hpp"
-#include "modules/module.hpp"
+#include "frame/guided_depth.hpp"
 
 namespace brume {
 
@@ -29,45 +28,6 @@ cv::Mat where(const cv::Mat& depth, Test test) {
     return any ? mask : cv::Mat();
 }
 
-/// Numerator and denominator of the confidence-weighted mean: c/Z and c, side by side.
-cv::Mat weightedInverse(const cv::Mat& depth) {
-    cv::Mat pairs(depth.size(), CV_32FC2);
-    for (int j = 0; j < depth.rows; ++j) {
-        const float* z = depth.ptr<float>(j);
-        float* p = pairs.ptr<float>(j);
-        for (int i = 0; i < depth.cols; ++i) {
-            const bool known = !std::isnan(z[i]);
-            p[2 * i] = known ? 1 / z[i] : 0;  // the sky's is 0
-            p[2 * i + 1] = known ? 1 : 0;
-        }
-    }
-    return pairs;
-}
-
-void fillUnknown(const cv::Mat& color, cv::Mat& depth, cv::Mat unknown) {
-    SmoothFunction& smooth = moduleFunction<SmoothFunction>("edge_filters", "brumeSmooth");
-    const cv::Mat guide = toSrgb8(color, false, 0, 0);
-    const cv::Mat pairs = weightedInverse(depth);
-    // λ carries a surface some 30 px into a hole before its weight falls by e; σ of 8 of 255 stops it at
-    // edges. Where no weight arrives in fp32, wider and blunter until some does.
-    double lambda = 1000, sigma = 8;
-    for (int round = 0; round < 6 && cv::countNonZero(unknown) > 0; ++round, lambda *= 32, sigma *= 4) {
-        cv::Mat smoothed;
-        smooth(guide, pairs, lambda, sigma, smoothed);
-        for (int j = 0; j < depth.rows; ++j) {
-            const float* p = smoothed.ptr<float>(j);
-            float* z = depth.ptr<float>(j);
-            uchar* m = unknown.ptr(j);
-            for (int i = 0; i < depth.cols; ++i) {
-                if (!m[i] || !(p[2 * i + 1] > 1e-30f)) continue;
-                z[i] = p[2 * i] > 0 ? p[2 * i + 1] / p[2 * i] : infinity;
-                m[i] = 0;
-            }
-        }
-    }
-    depth.setTo(infinity, unknown);
-}
-
 void placeSky(cv::Mat& depth, const cv::Mat& sky, const Camera& camera, double distance) {
     for (int j = 0; j < depth.rows; ++j) {
         float* z = depth.ptr<float>(j);
@@ -86,13 +46,14 @@ ReadyFrame resolveDepth(const FramePair& captured, const DepthPolicy& policy) {
     const cv::Mat sky = where(captured.depth, [](float z) { return z == infinity; });
     const bool moveSky = policy.sky == SkyPolicy::AtDistance && !sky.empty();
     cv::Mat& depth = ready.frame.depth;
-    if (!unknown.empty() || moveSky) depth = captured.depth.clone();
+    if (!unknown.empty() || moveSky || policy.smooth > 0) depth = captured.depth.clone();
     if (!unknown.empty()) {
         if (policy.unknown == UnknownDepth::Fill)
-            fillUnknown(captured.color, depth, unknown.clone());
+            fillUnknown(captured.color, depth);
         else
             depth.setTo(infinity, unknown);
     }
+    if (policy.smooth > 0) smoothDepth(captured.color, depth, policy.smooth);
     if (moveSky) placeSky(depth, sky, captured.camera, policy.skyDistance);
 
     const bool keepUnknown = policy.unknown == UnknownDepth::Keep && !unknown.empty();

@@ -16,6 +16,7 @@ struct DepthPolicy {
     UnknownDepth unknown = UnknownDepth::Fill;
     SkyPolicy sky = SkyPolicy::Infinite;
     double skyDistance = 0;  ///< m along the ray, for AtDistance
+    double smooth = 0;       ///< px: finite depth smoothed that far along colour edges; 0: as captured
 };
 
 struct ReadyFrame {
@@ -24,7 +25,7 @@ struct ReadyFrame {
     cv::Mat restore;  ///< CV_8U, empty or: 1 = unknown kept, 2 = sky untouched
 };
 
-/// Fill is a confidence-weighted fast global smoother guided by colour on 1/Z: fgs(c/Z)/fgs(c).
+/// Fill and smoothing follow the edges of colour (guided_depth.hpp).
 ReadyFrame resolveDepth(const FramePair& captured, const DepthPolicy& policy);
 
 /// Gives restored pixels their captured colour back in a frame-sized `color`, and sets `transmittance` (may

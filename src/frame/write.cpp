@@ -1,15 +1,13 @@
 #include "frame/write.hpp"
 
 #include <bit>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/core/utility.hpp>
 
 #include "error.hpp"
 #include "frame/alpha.hpp"
 #include "frame/color_encoding.hpp"
+#include "frame/image_file.hpp"
 #include "frame/image_writers.hpp"
 #include "frame/pending_file.hpp"
 #include "modules/module.hpp"
@@ -75,13 +73,6 @@ void writeWhole(const std::string& path, Fill fill) {
 }
 
 }  // namespace
-
-void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes) {
-    std::ofstream out(path, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-    out.close();
-    if (!out) failIo(path, ": cannot be written: ", std::strerror(errno));
-}
 
 void writeNpy(const std::string& path, const cv::Mat& pixels) {
     const std::string order = std::endian::native == std::endian::little ? "<" : ">";
@@ -150,8 +141,8 @@ void writeFrame(const std::string& path, const FramePair& frame, const WriteOpti
     requireImage(frame.color);
     ExrContent content = colorContent(frame.color, options);
     content.depth = frame.depth;
-    content.camera = &frame.camera;
-    content.time = frame.time;
+    content.statements = {frame.camera, frame.time, {}, frame.extras};
+    content.folder = std::filesystem::path(path).parent_path().string();
     writeWhole(path, [&](const std::string& file) { writeExr(file, content); });
 }
 

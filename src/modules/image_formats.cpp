@@ -5,7 +5,6 @@
 #include <opencv2/core.hpp>
 
 #include "error.hpp"
-#include "frame/image_writers.hpp"
 #include "modules/module.hpp"
 
 using namespace brume;
