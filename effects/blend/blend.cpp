@@ -32,10 +32,10 @@ BRUME_INLINE void blendRow(const float* in, const float* beside, float* out, int
             if constexpr (mode == mixMode) result = keep > 0.0f ? a * keep + b * share : b;
             if constexpr (mode == addMode) result = a + b * strength;
             if constexpr (mode == screenMode) {
-                float screened = std::min(a, b) > 1.0f ? std::max(a, b) : a + b * (1.0f - a);
-                result = a * keep + screened * share;
+                float screened = std::min(a, b) > 1.0f ? std::max(a, b) : 1.0f - (1.0f - a) * (1.0f - b);
+                result = keep > 0.0f ? a * keep + screened * share : screened;
             }
-            if constexpr (mode == multiplyMode) result = a * keep + a * b * share;
+            if constexpr (mode == multiplyMode) result = keep > 0.0f ? a * keep + a * b * share : a * b;
             out[4 * i + n] = result;
         }
         out[4 * i + 3] = in[4 * i + 3];

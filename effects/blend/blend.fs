@@ -21,19 +21,26 @@
 vec3 screenOf(vec3 a, vec3 b) {
     // 1 - (1 - a)(1 - b) falls again once both exceed 1.
     bvec3 bright = greaterThan(min(a, b), vec3(1.0));
-    return mix(a + b * (1.0 - a), max(a, b), bright);
+    return mix(1.0 - (1.0 - a) * (1.0 - b), max(a, b), bright);
 }
 
 void main() {
     ivec2 p = pixel();
     vec4 a = fetch(inputImage, p);
     vec3 b = fetch(second, p).rgb;
-    vec3 combined = a.rgb;
-    float share = min(strength, 1.0);
-    if (strength <= 0.0) combined = a.rgb;
-    else if (mode == mode_add) combined = a.rgb + b * strength;
-    else if (mode == mode_mix) combined = share < 1.0 ? a.rgb * (1.0 - share) + b * share : b;
-    else if (mode == mode_screen) combined = a.rgb * (1.0 - share) + screenOf(a.rgb, b) * share;
-    else combined = a.rgb * (1.0 - share) + a.rgb * b * share;
+    if (strength <= 0.0) {
+        store(a);
+        return;
+    }
+    vec3 combined;
+    if (mode == mode_add) {
+        combined = a.rgb + b * strength;
+    } else {
+        if (mode == mode_mix) combined = b;
+        else if (mode == mode_screen) combined = screenOf(a.rgb, b);
+        else combined = a.rgb * b;
+        // At full strength nothing of the first image is left, not even infinity.
+        if (strength < 1.0) combined = a.rgb * (1.0 - strength) + combined * strength;
+    }
     store(vec4(combined, a.a));
 }
