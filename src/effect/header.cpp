@@ -62,15 +62,15 @@ std::string withDollars(const std::string& expression) {
 SizeExpression expressionOf(const json& object, const char* key, const Where& where) {
     auto found = object.find(key);
     if (found == object.end() || found->is_null()) return {};
-    if (!where.strict && found->is_string()) {
-        const std::string source = withDollars(found->get<std::string>());
-        return source.find_first_not_of(" \t\n") == std::string::npos ? SizeExpression()
-                                                                      : SizeExpression(source);
-    }
+    if (!where.strict && found->is_string() &&
+        found->get<std::string>().find_first_not_of(" \t\n") == std::string::npos)
+        return {};
     try {
         if (found->is_number()) return SizeExpression(found->dump());
         if (found->is_boolean()) return SizeExpression(found->get<bool>() ? "1" : "0");
-        if (found->is_string()) return SizeExpression(found->get<std::string>());
+        if (found->is_string())
+            return SizeExpression(where.strict ? found->get<std::string>()
+                                               : withDollars(found->get<std::string>()));
     } catch (const Error& error) {
         where.fail(key, ": ", error.what());
     }
@@ -320,22 +320,31 @@ Tolerance readTolerance(const json& object, const Where& where) {
     return tolerance;
 }
 
-// The JSON sits in the first comment; the GLSL is everything after it.
-std::pair<std::string, size_t> splitComment(const std::string& path, const std::string& text) {
-    size_t begin = text.find("/*");
-    size_t end = begin == std::string::npos ? begin : text.find("*/", begin);
-    if (end == std::string::npos)
-        failUsage(path,
-                  ": no /* { ... } */ comment at the top; an ISF file begins with its JSON description");
-    std::string comment = text.substr(begin + 2, end - begin - 2);
-    size_t brace = comment.find('{');
-    if (brace == std::string::npos) failUsage(path, ": the first comment holds no JSON object");
-    std::fill(comment.begin(), comment.begin() + brace, ' ');
-    return {comment, end + 2};
-}
-
 int lineAt(const std::string& text, size_t place) {
     return 1 + int(std::count(text.begin(), text.begin() + std::min(place, text.size()), '\n'));
+}
+
+// The JSON sits in the first comment that begins with a brace; the GLSL is everything after it. The comment
+// comes back as it lies in the file, blank up to the brace.
+std::pair<std::string, size_t> splitComment(const std::string& path, const std::string& text) {
+    size_t begin = text.find("/*");
+    if (begin == std::string::npos)
+        failUsage(path,
+                  ": no /* { ... } */ comment at the top; an ISF file begins with its JSON description");
+    while (begin != std::string::npos) {
+        const size_t end = text.find("*/", begin);
+        if (end == std::string::npos)
+            failUsage(path, ":", lineAt(text, begin), ": the comment is never closed");
+        const size_t brace = text.find_first_not_of(" \t\r\n", begin + 2);
+        if (text[brace] == '{') {
+            std::string comment = text.substr(0, end);
+            for (size_t k = 0; k < brace; k++)
+                if (comment[k] != '\n') comment[k] = ' ';
+            return {comment, end + 2};
+        }
+        begin = text.find("/*", end);
+    }
+    failUsage(path, ": no comment holds a JSON object { ... }; an ISF file begins with its JSON description");
 }
 
 // Inputs of foreign files: one without a name or of a kind of its own is the file's business, not a mistake;
@@ -390,9 +399,7 @@ json parseDescription(const std::string& path, const std::string& fileText, cons
     } catch (const json::parse_error& error) {
         const json repaired = json::parse(repairJson(comment), nullptr, false, true);
         if (repaired.is_object() && !repaired.contains("SPACE")) return repaired;
-        size_t before = fileText.find("/*") + 2;
-        failUsage(path, ":", lineAt(fileText, before + error.byte),
-                  ": the description is not JSON: ", error.what());
+        failUsage(path, ":", lineAt(fileText, error.byte), ": the description is not JSON: ", error.what());
     }
 }
 

@@ -110,9 +110,11 @@ std::set<std::string> hostNames(const EffectHeader& header) {
 std::string stopgapVaryings(const std::vector<IsfVarying>& taken, const std::vector<IsfVarying>& given,
                             std::string& assignments) {
     std::string declarations;
+    std::set<std::string> known;
+    for (const IsfVarying& varying : given) known.insert(varying.name);
     for (const IsfVarying& varying : taken) {
-        if (std::any_of(given.begin(), given.end(), [&](auto& other) { return other.name == varying.name; }))
-            continue;
+        // An #if may hold it twice, as `varying` and as `in`.
+        if (!known.insert(varying.name).second) continue;
         declarations += "out " + varying.type + " " + varying.name + varying.array + ";\n";
         static const std::map<std::string, std::string> values = {{"float", "isf_corner.x"},
                                                                   {"vec2", "isf_corner"},
