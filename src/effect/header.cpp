@@ -77,8 +77,7 @@ SizeExpression expressionOf(const json& object, const char* key, const Where& wh
     where.fail(key, " must be a number or a size expression");
 }
 
-// --- parameters
-// ----------------------------------------------------------------------------------------------------
+// --- parameters ----------------------------------------------------------------------------------
 
 const std::vector<std::pair<std::string, ParameterType>> typeNames = {
     {"event", ParameterType::Event},     {"bool", ParameterType::Bool},
@@ -237,8 +236,7 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
     return parameter;
 }
 
-// --- passes, derived, tolerance
-// -------------------------------------------------------------------------------------
+// --- passes, derived, tolerance ------------------------------------------------------------------
 
 Pass readPass(const json& object, const Where& where) {
     if (!object.is_object()) {

@@ -31,8 +31,7 @@ DeriveContext deriveContextFor(const FramePair& frame, cv::Size size) {
     return context;
 }
 
-// --- derived constants
-// ------------------------------------------------------------------------------------------------
+// --- derived constants ---------------------------------------------------------------------------
 
 static void append(std::string& key, const double* numbers, size_t count) {
     key.append(reinterpret_cast<const char*>(numbers), count * sizeof(double));
@@ -114,8 +113,7 @@ const DerivedValues& DerivedCache::get(const Step& step, const PluginEffect::Par
     return entry.values;
 }
 
-// --- sizes
-// --------------------------------------------------------------------------------------------------------------
+// --- sizes ---------------------------------------------------------------------------------------
 
 int evaluateSize(const SizeExpression& expression, const std::map<std::string, double>& variables,
                  int otherwise) {
@@ -208,8 +206,7 @@ cv::Mat resampleLinear(const cv::Mat& image, cv::Size size) {
     return result;
 }
 
-// --- the whole way
-// ------------------------------------------------------------------------------------------------------
+// --- the whole way -------------------------------------------------------------------------------
 
 RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captured,
                      const std::vector<std::string>& keep, std::vector<StepPlan>* decisions) {

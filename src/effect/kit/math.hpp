@@ -26,7 +26,18 @@ BRUME_INLINE bool isInf(float x) { return (std::bit_cast<uint32_t>(x) & 0x7fffff
 /// 2^n for whole n from -126 to 127.
 BRUME_INLINE float powerOfTwo(int n) { return std::bit_cast<float>((n + 127) << 23); }
 
-/// x = n·ln 2 + r, |r| ≤ .35: gives n and e^r - 1 (minimax polynomial of Cephes' expf, relative error 1e-7).
+/// e^x - 1 for |x| ≤ .35, relative error 1e-7 (the minimax polynomial of Cephes' expf).
+BRUME_INLINE float expm1Small(float x) {
+    float p = 1.9875691500e-4f;
+    p = p * x + 1.3981999507e-3f;
+    p = p * x + 8.3334519073e-3f;
+    p = p * x + 4.1665795894e-2f;
+    p = p * x + 1.6666665459e-1f;
+    p = p * x + 5.0000001201e-1f;
+    return p * (x * x) + x;
+}
+
+/// x = n·ln 2 + r, |r| ≤ .35: gives n and e^r - 1.
 struct ReducedExp {
     int n;
     float expm1;
@@ -37,13 +48,7 @@ BRUME_INLINE ReducedExp reduceExp(float x) {
     float n = shifted - shift;
     float r = x - n * 0.693359375f;  // ln 2 in two parts, the first exact in few bits
     r = r + n * 2.12194440e-4f;
-    float p = 1.9875691500e-4f;
-    p = p * r + 1.3981999507e-3f;
-    p = p * r + 8.3334519073e-3f;
-    p = p * r + 4.1665795894e-2f;
-    p = p * r + 1.6666665459e-1f;
-    p = p * r + 5.0000001201e-1f;
-    return {std::bit_cast<int>(shifted) - std::bit_cast<int>(shift), p * (r * r) + r};
+    return {std::bit_cast<int>(shifted) - std::bit_cast<int>(shift), expm1Small(r)};
 }
 
 /// e^x, relative error below 2e-7, for x from -87 to 88; below that 0, above inf.
@@ -99,15 +104,8 @@ BRUME_INLINE float log2Fast(float x) {
 /// 2^(n + r) for whole n and |r| ≤ ½, relative error 1e-7; 0 below 2^-126, inf from 2^127.5 on.
 BRUME_INLINE float exp2Split(float n, float r) {
     float inside = n < -126.0f ? -126.0f : (n > 127.0f ? 127.0f : n);
-    float x = r * 0.693147181f;
-    float p = 1.9875691500e-4f;
-    p = p * x + 1.3981999507e-3f;
-    p = p * x + 8.3334519073e-3f;
-    p = p * x + 4.1665795894e-2f;
-    p = p * x + 1.6666665459e-1f;
-    p = p * x + 5.0000001201e-1f;
     float scale = powerOfTwo(int(inside));
-    float value = scale + scale * (p * (x * x) + x);
+    float value = scale + scale * expm1Small(r * 0.693147181f);
     value = n < -126.0f ? 0.0f : value;
     return n > 127.0f ? HUGE_VALF : value;
 }
