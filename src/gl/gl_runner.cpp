@@ -31,6 +31,8 @@ class GlRunner final : public Runner {
   private:
     RunResult runHere(GlContext& context, const Chain& chain, const FramePair& frame,
                       const std::vector<std::string>& keep) {
+        while (context.functions().GetError() != GL_NO_ERROR) {
+        }  // of a run that threw
         TexturePool& pool = steps_->pool();
         auto uploaded = [&](const cv::Mat& image) {
             TexturePtr texture = pool.take(image.size(), image.channels() == 1 ? GL_R32F : GL_RGBA32F);

@@ -4,6 +4,12 @@
 
 namespace brume {
 
+const char* const triangleVertexShader = R"(#version 450 core
+void main() {
+    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+)";
+
 Canvas::Canvas(const GlFunctions& gl) : gl_(gl) {
     gl_.CreateFramebuffers(1, &framebuffer_);
     gl_.CreateVertexArrays(1, &vertexArray_);
@@ -43,12 +49,6 @@ void Canvas::draw(const Program& program, const Texture& target, const Texture* 
 }
 
 namespace {
-
-const char* const vertexText = R"(#version 450 core
-void main() {
-    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
-}
-)";
 
 const char* const fragmentHead = R"(#version 450 core
 uniform sampler2D image;
@@ -100,8 +100,8 @@ void main() {
     // A NaN is the shader's own mistake, to be seen; max would hide it.
     bvec3 isNan = greaterThan(floatBitsToUint(c.rgb) & 0x7fffffffu, uvec3(0x7f800000u));
     color = vec4(mix(decoded, c.rgb, isNan), c.a);
-#ifdef MAY_DISCARD
-    if (floatBitsToUint(c.a) == 0x7fe5b3a1u) color = vec4(0.0);
+#ifdef UNDRAWN
+    if (floatBitsToUint(c.a) == UNDRAWN) color = vec4(0.0);
 #endif
 }
 )";
@@ -110,8 +110,8 @@ void main() {
 
 TexturePtr HelperPasses::run(const std::string& body, const TexturePtr& image, cv::Size size, GLenum format) {
     TexturePtr target = pool_.take(size, format);
-    const Program& program =
-        programs_.get({{GL_VERTEX_SHADER, vertexText, {}}, {GL_FRAGMENT_SHADER, fragmentHead + body, {}}});
+    const Program& program = programs_.get(
+        {{GL_VERTEX_SHADER, triangleVertexShader, {}}, {GL_FRAGMENT_SHADER, fragmentHead + body, {}}});
     program.set("image", 0);
     program.set("passSize", cv::Vec2i(size.width, size.height));
     gl_.BindTextureUnit(0, image->name());
@@ -132,8 +132,8 @@ TexturePtr HelperPasses::toIsf(const TexturePtr& image) {
 }
 
 TexturePtr HelperPasses::fromIsf(const TexturePtr& image, bool mayDiscard) {
-    return run(std::string(mayDiscard ? "#define MAY_DISCARD 1\n" : "") + decodeBody, image, image->size(),
-               GL_RGBA32F);
+    const std::string undrawn = mayDiscard ? text("#define UNDRAWN ", sentinelBits, "u\n") : "";
+    return run(undrawn + decodeBody, image, image->size(), GL_RGBA32F);
 }
 
 }  // namespace brume

@@ -6,6 +6,9 @@
 
 namespace brume {
 
+/// The vertex shader of a pass that draws one triangle (three vertices) over everything.
+extern const char* const triangleVertexShader;
+
 /// What every pass draws with: one framebuffer, one empty vertex array.
 class Canvas {
   public:

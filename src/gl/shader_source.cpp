@@ -1,21 +1,17 @@
 #include "gl/shader_source.hpp"
 
+#include <algorithm>
 #include <set>
 #include <sstream>
 
 #include "error.hpp"
 #include "gl/gl_runner.hpp"
+#include "gl/helper_passes.hpp"
 #include "gl/rows_buffer.hpp"
 
 namespace brume {
 
 namespace {
-
-const char* const triangleOverEverything = R"(#version 450 core
-void main() {
-    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
-}
-)";
 
 void declareParameter(std::ostream& out, const Parameter& parameter, const ParameterValues& values) {
     if (parameter.isCompiledIn()) {
@@ -114,7 +110,7 @@ std::vector<ShaderText> linearPassSource(const Step& step, size_t index, bool tr
     out << body.text;
 
     if (pass.compute) return {{GL_COMPUTE_SHADER, out.str(), body.files}};
-    return {{GL_VERTEX_SHADER, triangleOverEverything, {}}, {GL_FRAGMENT_SHADER, out.str(), body.files}};
+    return {{GL_VERTEX_SHADER, triangleVertexShader, {}}, {GL_FRAGMENT_SHADER, out.str(), body.files}};
 }
 
 std::vector<ShaderText> passSource(const Step& step, size_t pass, bool transmittance) {

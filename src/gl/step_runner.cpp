@@ -157,7 +157,8 @@ void StepRunner::bindTables(Bound& bound) {
         if (isVolume) {
             cv::Vec3i size;
             for (int k = 0; k < 3; k++) size[k] = evaluateSize(derived.size[k], bound.variables, 1);
-            if (!table.volume || table.values != values) {
+            if (!table.volume || table.volumeSize != size || table.values != values) {
+                table.volumeSize = size;
                 table.volume = std::make_unique<Texture>(gl_, size);
                 table.volume->upload(values);
             }

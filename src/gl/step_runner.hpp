@@ -45,6 +45,7 @@ class StepRunner {
         std::vector<float> values;
         GLuint buffer = 0;
         std::unique_ptr<Texture> volume;
+        cv::Vec3i volumeSize;
     };
     using Variables = std::map<std::string, double>;
 

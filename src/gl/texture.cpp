@@ -6,13 +6,6 @@
 
 namespace brume {
 
-namespace {
-
-// Quiet, so that copies keep it; the low bits make it unlike the NaN of any hardware.
-constexpr uint32_t sentinel = 0x7fe5b3a1u;
-
-}  // namespace
-
 Texture::Texture(const GlFunctions& gl, cv::Size size, GLenum format)
     : gl_(gl), size_(size), format_(format) {
     GLint largest = 0;
@@ -69,7 +62,7 @@ cv::Mat Texture::download(const std::string& what) const {
     for (int row = 0; row < image.rows; row++) {
         const auto* words = image.ptr<uint32_t>(row);
         unsigned untouched = 0;
-        for (size_t k = 0; k < rowWords; k++) untouched |= words[k] == sentinel;
+        for (size_t k = 0; k < rowWords; k++) untouched |= words[k] == sentinelBits;
         if (untouched)
             throw Error(ErrorKind::CheckFailed,
                         text(what, ": row ", row,
@@ -81,7 +74,7 @@ cv::Mat Texture::download(const std::string& what) const {
 void Texture::fill(const cv::Vec4f& value) { gl_.ClearTexImage(name_, 0, GL_RGBA, GL_FLOAT, value.val); }
 
 void Texture::fillWithSentinel() {
-    const float pattern = std::bit_cast<float>(sentinel);
+    const float pattern = std::bit_cast<float>(sentinelBits);
     const float value[] = {pattern, pattern, pattern, pattern};
     gl_.ClearTexImage(name_, 0, GL_RGBA, GL_FLOAT, value);
 }

@@ -2,6 +2,7 @@
 // lowest.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -11,6 +12,10 @@
 #include "gl/functions.hpp"
 
 namespace brume {
+
+/// The bits that fillWithSentinel leaves: a quiet NaN, so that copies keep it, unlike the NaN of any
+/// hardware.
+constexpr uint32_t sentinelBits = 0x7fe5b3a1u;
 
 /// One level, bilinear, edges clamped. Lives and dies on its context's thread.
 class Texture {
@@ -37,7 +42,7 @@ class Texture {
     cv::Mat download(const std::string& what) const;
 
     void fill(const cv::Vec4f& value);
-    /// Fills with a NaN of a bit pattern that no arithmetic produces.
+    /// What download recognises as never drawn.
     void fillWithSentinel();
 
   private:
