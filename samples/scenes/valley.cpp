@@ -61,7 +61,9 @@ void addPlants(Scene& scene, Random& random) {
             std::hypot(terrainHeight(x + 4, z) - height, terrainHeight(x, z + 4) - height) / 4;
         const float grove = fractalNoise(x / 130, z / 130, 4, 90);
         if (height < 5 || height > 330 || slope > .75f || grove < random.between(.02f, .22f)) continue;
-        if (away < 45) continue;
+        // Near the camera's way only to its left, where they frame the lake.
+        const float ahead = stand[1] - z, left = stand[0] - x;
+        if (away < 14 || (away < 260 && ahead > -20 && left < .30f * ahead + 4)) continue;
         const float tall = random.between(6, 15);
         const cv::Vec3f green =
             cv::Vec3f(.038f + .03f * random.unit(), .070f, .024f) * random.between(.75f, 1.25f);
