@@ -330,7 +330,7 @@ std::vector<CheckCase> checkEffect(const std::shared_ptr<const Effect>& effect, 
         if (subject.readsOtherImages) {
             Step mirror;
             mirror.effect = mirrorEffect();
-            mirror.id = "check_mirror";
+            mirror.id = mirror.effect->name();
             mirror.values = defaultValues(mirror.effect->header.parameters);
             mirror.output = otherImage;
             chain.steps.push_back(mirror);

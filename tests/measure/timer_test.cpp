@@ -1,8 +1,8 @@
+#include "measure/timer.hpp"
+
 #include <gtest/gtest.h>
 
 #include <set>
-
-#include "measure/timer.hpp"
 
 using namespace brume;
 

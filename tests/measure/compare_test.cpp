@@ -1,3 +1,5 @@
+#include "measure/compare.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -5,7 +7,6 @@
 #include <opencv2/core.hpp>
 
 #include "error.hpp"
-#include "measure/compare.hpp"
 
 using namespace brume;
 

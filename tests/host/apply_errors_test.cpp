@@ -1,0 +1,116 @@
+// Every way that brume apply can be wrong: a status, one sentence, no file left.
+#include <cmath>
+#include <filesystem>
+
+#include "frame/write.hpp"
+#include "host/program.hpp"
+
+using namespace brume;
+using testing::HasSubstr;
+using ApplyErrors = brume::test::Program;
+
+namespace {
+
+TEST_F(ApplyErrors, inputsThatCannotBeRead) {
+    addFrame("street.exr");
+    addText("empty.exr", "");
+    addText("empty.png", "");
+    std::string whole = test::bytesOf(path("street.exr"));
+    addText("cut.exr", whole.substr(0, whole.size() * 2 / 3));
+    addText("noise.png", "this is no picture at all, whatever its name says");
+    expectError("apply depth_fog missing.exr -o o.png", 3, "missing.exr");
+    expectError("apply depth_fog empty.exr -o o.png", 3, "empty.exr");
+    expectError("apply depth_fog empty.png -o o.png", 3, "empty.png");
+    expectError("apply depth_fog cut.exr -o o.png", 3, "cut.exr");
+    expectError("apply depth_fog noise.png -o o.png", 3, "noise.png");
+    expectError("apply depth_fog . -o o.png", 2, "one file for");
+    expectError("apply depth_fog 'none.####.exr' -o out/", 3, "none.####.exr");
+    expectError("apply depth_fog 'none*.exr' -o out/", 3, "none*.exr");
+}
+
+TEST_F(ApplyErrors, depthThatDoesNotFit) {
+    FramePair frame = test::sampleFrame();
+    writeImage(path("plain.png"), frame.color);
+    expectError("apply depth_fog plain.png -o o.png", 3, "has no depth");
+    WriteOptions data;
+    data.isData = true;
+    writeImage(path("small.exr"), frame.depth(cv::Rect(0, 0, 20, 20)), data);
+    expectError("apply depth_fog plain.png --depth small.exr -o o.png", 3, "20 × 20");
+    writeImage(path("unknown.exr"), cv::Mat(frame.depth.size(), CV_32F, cv::Scalar(std::nan(""))), data);
+    expectError("apply depth_fog plain.png --depth unknown.exr -o o.png", 3, "unknown everywhere");
+    expectError("apply depth_fog plain.png --depth gone.exr -o o.png", 3, "gone.exr");
+}
+
+TEST_F(ApplyErrors, absurdHeadersTakeNoMemory) {
+    std::string png = "\x89PNG\r\n\x1a\n";  // declares 2^31 - 1 pixels each way
+    png += std::string("\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\x06\0\0\0\0\0\0\0", 28);
+    addText("bomb.png", png);
+    expectError("apply depth_fog bomb.png -o o.png", 3, "bomb.png");
+}
+
+TEST_F(ApplyErrors, outputsThatCannotBeWritten) {
+    addFrame("street.exr");
+    addText("file", "in the way");
+    std::filesystem::create_directory(path("folder.png"));
+    expectError("apply depth_fog street.exr -o file/o.png", 3, "file");
+    expectError("apply depth_fog street.exr -o /proc/o.png", 3, "/proc/o.png");
+    expectError("apply depth_fog street.exr -o /dev/full/o.png", 3, "/dev/full");
+    expectError("apply depth_fog street.exr -o o.xyz", 2, ".xyz");
+}
+
+TEST_F(ApplyErrors, aFullDiskLeavesNothing) {
+    addFrame("street.exr", {640, 480});
+    auto before = files();
+    // Files of at most 8 blocks: writing fails as it does on a full disk.
+    auto ran = test::run(
+        folder_,
+        "(trap '' XFSZ; ulimit -f 8; BRUME apply depth_fog street.exr -o o.exr 2>&1) | cat >&2; true");
+    EXPECT_THAT(ran.err, testing::StartsWith("brume: "));
+    EXPECT_THAT(ran.err, HasSubstr("o.exr"));
+    EXPECT_EQ(files(), before);
+}
+
+TEST_F(ApplyErrors, wrongNamesGetTheNearest) {
+    addFrame("street.exr");
+    const std::string apply = "apply depth_fog street.exr -o o.png ";
+    expectError("apply depth_fgo street.exr -o o.png", 2, "'depth_fog'");
+    expectError(apply + "--set depth_fog.visibilty=3", 2, "'visibility'");
+    expectError(apply + "--set dept_fog.visibility=3", 2, "'depth_fog'");
+    expectError(apply + "--set depth_fog.model=exponental", 2, "'exponential'");
+    expectError(apply + "--keep transmitance", 2, "'transmittance'");
+    expectError(apply + "--depth-encoding tumm", 2, "'tum'");
+    expectError("apply depth_fog street.exr -o '{stemm}.png'", 2, "'stem'");
+    expectError("aply depth_fog", 2, "'apply'");
+    expectError(apply + "--backend vulkan", 2, "vulkan");
+    expectError(apply + "--color rgb", 2, "srgb");
+    expectError(apply + "--sett a.b=1", 2, "--sett");
+    expectError("apply gone.json street.exr -o o.png", 2, "gone.json");
+}
+
+TEST_F(ApplyErrors, wrongValues) {
+    addFrame("street.exr");
+    const std::string apply = "apply depth_fog street.exr -o o.png ";
+    expectError(apply + "--set depth_fog.visibility=-3", 2, "-3");
+    expectError(apply + "--set depth_fog.visibility=far", 2, "far");
+    expectError(apply + "--set visibility=3", 2, "effect.parameter=value");
+    expectError(apply + "--set depth_fog.visibility=", 2, "empty value");
+    expectError(apply + "--set 'depth_fog.visibility=random(5)'", 2, "random(LOW,HIGH)");
+    expectError(apply + "--set 'depth_fog.visibility=random(9,5)'", 2, "LOW ≤ HIGH");
+    expectError(apply + "--set 'depth_fog.visibility=random(-9,5)'", 2, "-9");
+    expectError(apply + "--shard 3/2", 2, "3/2");
+    expectError(apply + "--memory lots", 2, "lots");
+    expectError("apply depth_fog street.exr -o street.exr", 2, "would be overwritten");
+    expectError("apply depth_fog street.exr", 2, "-o");
+    expectError("apply depth_fog -o o.png", 2, "FRAME");
+    expectError("apply", 2, "PRESET");
+}
+
+TEST_F(ApplyErrors, wrongPresets) {
+    addFrame("street.exr");
+    addText("broken.json", "{ \"effects\": [ }");
+    addText("typo.json", R"({"effects": [{"effect": "depth_fog", "visiblity": 3}]})");
+    expectError("apply broken.json street.exr -o o.png", 2, "broken.json:1");
+    expectError("apply typo.json street.exr -o o.png", 2, "'visibility'");
+}
+
+}  // namespace

@@ -1,0 +1,163 @@
+// brume apply on single frames.
+#include <cmath>
+
+#include "frame/attributes.hpp"
+#include "frame/read.hpp"
+#include "host/program.hpp"
+#include "measure/compare.hpp"
+
+using namespace brume;
+using testing::HasSubstr;
+using Apply = brume::test::Program;
+using brume::test::bytesOf;
+
+namespace {
+
+bool sameImage(const std::string& a, const std::string& b) {
+    return compareImages(readImage(a), readImage(b), 0, 0).passed;
+}
+
+TEST_F(Apply, writesAPictureAndSaysWhere) {
+    addFrame("street.exr");
+    auto ran = brume("apply depth_fog street.exr -o fog.png");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(ran.out, "fog.png\n");
+    EXPECT_EQ(ran.err, "");
+    EXPECT_EQ(readImage(path("fog.png")).size(), cv::Size(48, 32));
+}
+
+TEST_F(Apply, theFogIsTheFormula) {
+    addFrame("street.exr");
+    auto ran = brume(
+        "apply depth_fog street.exr -o fog.exr --set depth_fog.measure=extinction "
+        "--set depth_fog.extinction=.05 --set 'depth_fog.color=(.5,.6,.7)'");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    FramePair frame = readFrame(path("street.exr"));
+    cv::Mat fog = readColor(path("fog.exr"));
+    for (int j = 0; j < frame.color.rows; j++)
+        for (int i = 0; i < frame.color.cols; i++) {
+            double distance = frame.depth.at<float>(j, i) * cv::norm(frame.camera.ray(i, j));
+            double t = std::exp(-.05 * distance), airlight[] = {.5, .6, .7};
+            for (int c = 0; c < 3; c++) {
+                double expected = frame.color.at<cv::Vec4f>(j, i)[c] * t + airlight[c] * (1 - t);
+                ASSERT_NEAR(fog.at<cv::Vec4f>(j, i)[c], expected, 5e-4) << i << ", " << j;  // half floats
+            }
+        }
+}
+
+TEST_F(Apply, noFogIsTheIdentity) {
+    addFrame("street.exr");
+    auto ran = brume(
+        "apply depth_fog street.exr -o fog.exr --set depth_fog.measure=extinction --set "
+        "depth_fog.extinction=0");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    EXPECT_TRUE(compareImages(readColor(path("fog.exr")), readColor(path("street.exr")), 0, 0).passed);
+}
+
+TEST_F(Apply, everyBackendGivesTheSamePicture) {
+    addFrame("street.exr");
+    for (std::string backend : {"cpu", "osmesa", "egl"}) {
+        auto ran = brume("apply depth_fog street.exr -o " + backend + ".exr --backend " + backend);
+        ASSERT_EQ(ran.status, 0) << ran.err;
+    }
+    for (const char* other : {"osmesa.exr", "egl.exr"})  // half floats
+        EXPECT_TRUE(compareImages(readColor(path(other)), readColor(path("cpu.exr")), 1e-6, 1e-3).passed);
+}
+
+TEST_F(Apply, severalValuesGiveSeveralOutputs) {
+    addFrame("street.exr");
+    auto ran = brume("apply depth_fog street.exr -o fog.png --set depth_fog.visibility=100,200,400");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(files(), (std::set<std::string>{"street.exr", "fog_visibility-100.png",
+                                              "fog_visibility-200.png", "fog_visibility-400.png"}));
+    EXPECT_NE(bytesOf(path("fog_visibility-100.png")), bytesOf(path("fog_visibility-400.png")));
+}
+
+TEST_F(Apply, severalSetsGiveAllCombinationsAndBracketsHoldTogether) {
+    addFrame("street.exr");
+    auto ran = brume(
+        "apply depth_fog street.exr -o 'out/{stem}-{visibility}.png' --set 'depth_fog.visibility=50,90' "
+        "--set 'depth_fog.color=(.5,.6,.7)'");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(files(), (std::set<std::string>{"street.exr", "out/street-50.png", "out/street-90.png"}));
+    ran = brume(
+        "apply depth_fog street.exr -o 'all/{param}.png' --set 'depth_fog.visibility=50,90' "
+        "--set 'depth_fog.color=(.5,.6,.7),#ff8000,(1,1,1)'");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(files().size(), 1u + 2 + 6);
+}
+
+TEST_F(Apply, aSweepIsTheSameAsItsSingleRuns) {
+    addFrame("street.exr");
+    ASSERT_EQ(brume("apply depth_fog street.exr -o sweep.exr --set depth_fog.visibility=70,300").status, 0);
+    ASSERT_EQ(brume("apply depth_fog street.exr -o one.exr --set depth_fog.visibility=300").status, 0);
+    EXPECT_TRUE(sameImage(path("sweep_visibility-300.exr"), path("one.exr")));
+    EXPECT_FALSE(sameImage(path("sweep_visibility-70.exr"), path("one.exr")));
+}
+
+TEST_F(Apply, aFolderGetsTheInputsName) {
+    addFrame("street.exr");
+    ASSERT_EQ(brume("apply depth_fog street.exr -o out/").status, 0);
+    ASSERT_EQ(brume("apply depth_fog street.exr -o out --format png").status, 0);
+    EXPECT_EQ(files(), (std::set<std::string>{"street.exr", "out/street.exr", "out/street.png"}));
+}
+
+TEST_F(Apply, keepWritesTransmittanceAndDepthBeside) {
+    addFrame("street.exr");
+    auto ran = brume("apply depth_fog street.exr -o fog.png --keep transmittance --keep depth.npy");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(files(),
+              (std::set<std::string>{"street.exr", "fog.png", "fog.transmittance.exr", "fog.depth.npy"}));
+    FramePair frame = readFrame(path("street.exr"));
+    EXPECT_TRUE(compareImages(readImage(path("fog.depth.npy")), frame.depth, 0, 0).passed);
+    cv::Mat transmittance = readImage(path("fog.transmittance.exr"));
+    for (int j = 0; j < 32; j++) {
+        double distance = frame.depth.at<float>(j, 0) * cv::norm(frame.camera.ray(0, j));
+        EXPECT_NEAR(transmittance.ptr<float>(j)[0], std::exp(-std::log(20.) / 200 * distance), 1e-5);
+    }
+}
+
+TEST_F(Apply, explainSaysWhatWasUnderstood) {
+    addFrame("street.exr");
+    auto ran = brume("apply depth_fog street.exr -o fog.png --explain");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("depth: "));
+    EXPECT_THAT(ran.out, HasSubstr("depth_fog: "));
+}
+
+TEST_F(Apply, dumpShaderPrintsWhatTheCompilerGets) {
+    auto ran = brume("apply depth_fog --dump-shader");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("#version 450"));
+    EXPECT_THAT(ran.out, HasSubstr("#line"));
+    EXPECT_THAT(ran.out, HasSubstr("void main"));
+}
+
+TEST_F(Apply, outputsSayHowTheyWereMadeAndCanBeRepeated) {
+    addFrame("street.exr");
+    for (std::string ending : {"png", "exr"}) {
+        std::string made = "a." + ending, again = "again." + ending;
+        auto ran = brume("apply depth_fog street.exr --seed 5 --set depth_fog.visibility=77 -o " + made);
+        ASSERT_EQ(ran.status, 0) << ran.err;
+        EXPECT_THAT(readAttributes(path(made))["brume:made"], HasSubstr("\"visibility\":77"));
+        ran = brume("apply --like " + made + " -o " + again);
+        ASSERT_EQ(ran.status, 0) << ran.err;
+        EXPECT_TRUE(sameImage(path(made), path(again)));
+    }
+    addFrame("other.exr", {40, 30}, 3);
+    ASSERT_EQ(brume("apply --like a.png other.exr -o other.png").status, 0);
+    ASSERT_EQ(brume("apply depth_fog other.exr -o same.png --seed 5 --set depth_fog.visibility=77").status,
+              0);
+    EXPECT_TRUE(sameImage(path("other.png"), path("same.png")));
+    expectError("apply --like other.exr -o x.png", 3, "does not say how it was made");
+}
+
+TEST_F(Apply, sameCommandSameBytes) {
+    addFrame("street.exr");
+    ASSERT_EQ(brume("apply depth_fog street.exr -o a.png").status, 0);
+    std::string first = bytesOf(path("a.png"));
+    ASSERT_EQ(brume("apply depth_fog street.exr -o a.png").status, 0);
+    EXPECT_TRUE(first == bytesOf(path("a.png")));
+}
+
+}  // namespace
