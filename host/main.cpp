@@ -1,5 +1,6 @@
 // The program `brume`. Exit status: 0 done, 1 a check failed, 2 wrong use, 3 an input could not be read or an
 // output not written.
+#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -35,11 +36,10 @@ int run(int argc, char** argv) {
         "  brume apply --help\n"
         "\nExit status: 0 done, 1 a check failed, 2 wrong use, 3 a file could not be read or written.");
     // CLI11 only says that it did not expect the word.
-    if (argc > 1 && argv[1][0] != '-' && !program.get_subcommand_no_throw(argv[1])) {
-        std::vector<std::string> names;
-        for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+    if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end())
         return fail(text("no command '", argv[1], "'", suggestion(argv[1], names)), ErrorKind::Usage);
-    }
     try {
         program.parse(argc, argv);
     } catch (const CLI::Success& e) {  // --help, --version

@@ -59,14 +59,15 @@ TEST_F(ApplyErrors, outputsThatCannotBeWritten) {
 }
 
 TEST_F(ApplyErrors, aFullDiskLeavesNothing) {
-    addFrame("street.exr", {640, 480});
+    addFrame("street.exr", {1280, 960});
     auto before = files();
-    // Files of at most 8 blocks: writing fails as it does on a full disk.
+    // Files of at most 2 MiB (4096 blocks): writing five fails as it does on a full disk.
     auto ran = test::run(
         folder_,
-        "(trap '' XFSZ; ulimit -f 8; BRUME apply depth_fog street.exr -o o.exr 2>&1) | cat >&2; true");
+        "(trap '' XFSZ; ulimit -f 4096; BRUME apply depth_fog street.exr -o o.png --keep depth.npy)");
+    EXPECT_EQ(ran.status, 3);
     EXPECT_THAT(ran.err, testing::StartsWith("brume: "));
-    EXPECT_THAT(ran.err, HasSubstr("o.exr"));
+    EXPECT_THAT(ran.err, HasSubstr("o.depth.npy"));
     EXPECT_EQ(files(), before);
 }
 

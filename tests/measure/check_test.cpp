@@ -343,6 +343,22 @@ TEST_F(Check, mirrorIsExactOnBothBackends) {
     for (const CheckCase& c : cases) EXPECT_EQ(c.parity.worst, 0) << c.frame << ": " << c.parity.describe();
 }
 
+TEST_F(Check, aRunThatFailedDoesNotSpoilTheNext) {
+    Step step;
+    step.effect = mirrorEffect();
+    step.id = "mirror";
+    Chain broken, sound;
+    broken.steps = {step};  // no values at all
+    step.values = defaultValues(step.effect->header.parameters);
+    sound.steps = {step};
+    FramePair frame = checkFrames()[0].frame;
+    cv::Mat expected = mirrored(frame.color);
+    for (int k = 0; k < 3; k++) {
+        EXPECT_ANY_THROW(gl().run(broken, frame, {}));
+        EXPECT_TRUE(compareImages(gl().run(sound, frame, {}).images["color"], expected, 0, 0).passed);
+    }
+}
+
 TEST_F(Check, glslOnlyIsCheckedForNanAndResolution) {
     const std::string head = R"(/*{"ISFVSN": "2", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
     void main() {)";
