@@ -24,7 +24,7 @@ enum Luminance { encoded601, linear709 };
 
 struct LightDetect {
     int luminance, reduction;
-    float threshold, knee, near, far, attenuation, intensity, saturation, curve;
+    float threshold, knee, near, far, attenuation, limit, intensity, saturation, curve;
 };
 
 std::vector<double> rays(const LightDetect&, const DeriveContext& c) {
@@ -103,13 +103,18 @@ BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const fl
     for (int i = 0; i < count; i++) sum[4 * i + 3] += t.color[3][i];
     if (!any) return;
     weigh(p, from, rays, depth, x, y, count, t);
-    const float saturation = p.saturation, intensity = p.intensity;
+    const float saturation = p.saturation, intensity = p.intensity, limit = p.limit > 0 ? p.limit : HUGE_VALF;
     for (int i = 0; i < count; i++) {
         float r = t.color[0][i], g = t.color[1][i], b = t.color[2][i];
         float grey = r * 0.2126f + g * 0.7152f + b * 0.0722f, strength = t.weight[i] * intensity;
-        sum[4 * i + 0] += std::max(grey + saturation * (r - grey), 0.0f) * strength;
-        sum[4 * i + 1] += std::max(grey + saturation * (g - grey), 0.0f) * strength;
-        sum[4 * i + 2] += std::max(grey + saturation * (b - grey), 0.0f) * strength;
+        r = std::max(grey + saturation * (r - grey), 0.0f);
+        g = std::max(grey + saturation * (g - grey), 0.0f);
+        b = std::max(grey + saturation * (b - grey), 0.0f);
+        float brightest = std::max(std::max(r, g), b);
+        strength *= brightest > limit ? limit / brightest : 1.0f;
+        sum[4 * i + 0] += r * strength;
+        sum[4 * i + 1] += g * strength;
+        sum[4 * i + 2] += b * strength;
     }
 }
 
@@ -192,8 +197,13 @@ ReferencePixel reference(const LightDetect& p, const ReferenceContext& c, cv::Po
                     {difference, std::abs(trueWeight(p, b + sign * .5 * doubt, planar, distance) - weight),
                      std::abs(trueWeight(p, b, planar, distance * (1 + sign * 5e-7)) - weight)});
             if (p.knee == 0) difference = std::min(difference, weight * 1e-4);
+            double lights[3], most = 0;
             for (int n = 0; n < 3; n++) {
-                double light = std::max(0., grey + p.saturation * (color[n] - grey)) * p.intensity;
+                lights[n] = std::max(0., grey + p.saturation * (color[n] - grey));
+                most = std::max(most, lights[n]);
+            }
+            for (int n = 0; n < 3; n++) {
+                double light = lights[n] * p.intensity * (p.limit > 0 && most > p.limit ? p.limit / most : 1);
                 pixel.color[n] += light * weight;
                 pixel.allowance = std::max(pixel.allowance, light * difference);
                 pixel.scale = std::max(pixel.scale, light);
@@ -208,7 +218,9 @@ ReferencePixel reference(const LightDetect& p, const ReferenceContext& c, cv::Po
 Plan plan(const LightDetect& p, const PlanInput& in) {
     Plan plan;
     double brightest = std::isfinite(in.maxInput) ? in.maxInput : 65504.;
-    plan.maxOutput = brightest * p.intensity * std::max(1.f, p.saturation);
+    plan.maxOutput = brightest * std::max(1.f, p.saturation);
+    if (p.limit > 0) plan.maxOutput = std::min(plan.maxOutput, double(p.limit));
+    plan.maxOutput *= p.intensity;
     plan.predictedCost = p.reduction == 1 ? 2 : 1.2;
     plan.why = "detects at every pixel; reduced resolutions average what was detected";
     return plan;
@@ -223,6 +235,7 @@ BRUME_PLUGIN(EffectOf<LightDetect>()
                  .bind("near", &LightDetect::near)
                  .bind("far", &LightDetect::far)
                  .bind("attenuation", &LightDetect::attenuation)
+                 .bind("limit", &LightDetect::limit)
                  .bind("intensity", &LightDetect::intensity)
                  .bind("saturation", &LightDetect::saturation)
                  .bind("curve", &LightDetect::curve)

@@ -18,6 +18,8 @@
      "GROUP": "Distance", "HINT": "lights behind this depth are left out, and the sky; 0: none is"},
     {"NAME": "attenuation", "TYPE": "float", "UNIT": "1/m", "DEFAULT": 0, "MIN": 0, "MAX": 1000, "UI_MAX": 0.2,
      "LABEL": "Attenuation", "GROUP": "Distance", "HINT": "extinction between the light and the eye"},
+    {"NAME": "limit", "TYPE": "float", "DEFAULT": 0, "MIN": 0, "MAX": 65504, "UI_MAX": 16, "LABEL": "Limit",
+     "GROUP": "Glow", "HINT": "a light's brightest channel counts as at most this; 0: as captured"},
     {"NAME": "intensity", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 100, "UI_MAX": 8, "LABEL": "Intensity",
      "GROUP": "Glow"},
     {"NAME": "saturation", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 4, "LABEL": "Saturation", "GROUP": "Glow",
@@ -77,6 +79,8 @@ vec4 lightOf(ivec2 p) {
     if (curve != 1.0) weight = pow(weight, curve);
     float grey = dot(scene.rgb, vec3(0.2126, 0.7152, 0.0722));
     vec3 light = max(grey + saturation * (scene.rgb - grey), vec3(0.0));
+    float brightest = max(max(light.r, light.g), light.b);
+    if (limit > 0.0 && brightest > limit) light *= limit / brightest;
     return vec4(light * (weight * intensity), scene.a);
 }
 
