@@ -64,8 +64,12 @@ constexpr int smallMargin = 4;
 inline int smallLength(int length, int factor) { return (length - 1) / factor + 1 + 2 * smallMargin; }
 
 /// Every factor-th pixel of the filtered image; small pixel (i, j) sits at ((i - margin)·factor, ...).
-inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> half) {
-    const int reach = int(half.size()) - 1, width = in.cols, height = in.rows;
+/// `filterRow(y, first, count, padded, result, floats, filter)` calls `filter` on row y's `count` pixels from
+/// `first` on, beyond the edges replicated, for which `padded` has room; what it writes are the `floats`
+/// floats at `result`.
+template <class FilterRow>
+cv::Mat decimateRows(int width, int height, int factor, std::span<const float> half, FilterRow filterRow) {
+    const int reach = int(half.size()) - 1;
     const int smallWidth = smallLength(width, factor), smallHeight = smallLength(height, factor);
     const int pairCount = reach + 1, lines = 2 * reach + 1;
     std::vector<float> pairs(8 * pairCount, 0.0f);
@@ -86,11 +90,10 @@ inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> ha
             for (int j = j0; j < j1; j++) {
                 int y = (j - smallMargin) * factor;
                 for (; done <= std::clamp(y + reach, 0, height - 1); done++) {
-                    filterReplicated(slot(done), 4 * smallWidth, padded, in.ptr<float>(done), width, first,
-                                     count, [&](const float* line) {
-                                         decimateLine(slot(done), line, pairs.data(), pairCount, factor,
-                                                      smallWidth);
-                                     });
+                    float* result = slot(done);
+                    filterRow(done, first, count, padded, result, 4 * smallWidth, [&](const float* line) {
+                        decimateLine(result, line, pairs.data(), pairCount, factor, smallWidth);
+                    });
                 }
                 auto line = [&](int row) { return slot(std::clamp(row, 0, height - 1)); };
                 for (int t = 1; t <= reach; t++) before[t] = line(y - t), after[t] = line(y + t);
@@ -102,22 +105,32 @@ inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> ha
     return small;
 }
 
-/// Rows y0 <= y < y1 of the enlarged small image, into `out` (their first row first).
-inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, const float* pairs, int y,
-                       int width, float* between, float* out) {
-    int j = y / factor + smallMargin, phase = y % factor;
-    const float* rows[4];
-    for (int m = 0; m < 4; m++) rows[m] = small.ptr<float>(j - 1 + m);
-    fourSum(between, rows, up.data() + 4 * phase, 4 * small.cols);
-    enlargeLine(out, between + 4 * smallMargin, pairs, factor, width);
+inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> half) {
+    auto filterRow = [&](int y, int first, int count, std::vector<float>& padded, float* result, int floats,
+                         auto filter) {
+        filterReplicated(result, floats, padded, in.ptr<float>(y), in.cols, first, count, filter);
+    };
+    return decimateRows(in.cols, in.rows, factor, half, filterRow);
 }
 
+/// What enlargeLine wants of the weights.
 inline std::vector<float> phasePairs(int factor, std::span<const float> up) {
     std::vector<float> pairs(size_t(factor + 1) / 2 * 32, 0.0f);
     for (int phase = 0; phase < factor; phase++)
         for (int m = 0; m < 4; m++)
             for (int c = 0; c < 4; c++) pairs[phase / 2 * 32 + 8 * m + phase % 2 * 4 + c] = up[4 * phase + m];
     return pairs;
+}
+
+/// Pixels of row y of the enlarged small image from column `from`, a multiple of `factor`, on. `between` has
+/// room for a row of the small image.
+inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, const float* pairs, int y,
+                       int from, int count, float* between, float* out) {
+    int j = y / factor + smallMargin, phase = y % factor, i = from / factor + smallMargin - 1;
+    const float* rows[4];
+    for (int m = 0; m < 4; m++) rows[m] = small.ptr<float>(j - 1 + m) + 4 * i;
+    fourSum(between, rows, up.data() + 4 * phase, 4 * std::min((count - 1) / factor + 4, small.cols - i));
+    enlargeLine(out, between + 4, pairs, factor, count);
 }
 
 inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur) {
@@ -130,7 +143,7 @@ inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& 
         [&](const cv::Range& range) {
             std::vector<float> between(4 * size_t(small.cols));
             for (int y = range.start; y < range.end; y++)
-                enlargeRow(blurred, blur.factor, blur.up, pairs.data(), y, in.cols, between.data(),
+                enlargeRow(blurred, blur.factor, blur.up, pairs.data(), y, 0, in.cols, between.data(),
                            out.ptr<float>(y));
         },
         4 * cv::getNumThreads());

@@ -1,0 +1,223 @@
+/*{
+  "DESCRIPTION": "Blur that grows with the fog in front of a surface.",
+  "CREDIT": "Gawron and Boryczka 2018",
+  "CATEGORIES": ["Blur", "Fog"],
+  "ISFVSN": "2",
+  "SPACE": "linear",
+  "INPUTS": [
+    {"NAME": "inputImage", "TYPE": "image"},
+    {"NAME": "transmittance", "TYPE": "image", "DEFAULT": "transmittance", "LABEL": "Transmittance",
+     "HINT": "of the fog so far; what it hides decides the blur"},
+    {"NAME": "clear", "TYPE": "image", "DEFAULT": "captured", "LABEL": "Clear image",
+     "HINT": "order: single; the picture before fog"},
+    {"NAME": "radius", "TYPE": "float", "UNIT": "px", "DEFAULT": 4, "MIN": 0, "MAX": 64, "UI_MAX": 32,
+     "LABEL": "Radius", "HINT": "standard deviation under full fog, in px of the full frame"},
+    {"NAME": "start", "TYPE": "float", "DEFAULT": 0, "MIN": 0, "MAX": 0.99, "LABEL": "Start",
+     "HINT": "opacity from which on there is blur"},
+    {"NAME": "falloff", "TYPE": "float", "DEFAULT": 1, "MIN": 0.25, "MAX": 8, "UI_MAX": 4, "LABEL": "Falloff",
+     "HINT": "exponent: above 1 the blur grows late"},
+    {"NAME": "order", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["separate", "single"], "DEFAULT": 0, "LABEL": "Order",
+     "HINT": "separate: blur the foggy picture; single: as if the clear picture had been blurred before the fog"},
+    {"NAME": "edges", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["keep", "bleed"], "DEFAULT": 0, "LABEL": "Edges",
+     "HINT": "keep: a surface in thinner fog does not bleed into what lies behind it"},
+    {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["ladder", "gather"], "AUTO": true, "DEFAULT": "auto",
+     "LABEL": "Method", "HINT": "ladder interpolates blurred images; gather weighs each pixel's surroundings by themselves"}
+  ],
+  "DERIVED": [
+    {"NAME": "largestSigma", "TYPE": "float", "FROM": ["radius", "size"]},
+    {"NAME": "firstVariance", "TYPE": "float", "FROM": ["radius", "size"]},
+    {"NAME": "levelCount", "TYPE": "int", "FROM": ["radius", "size"]},
+    {"NAME": "levels", "TYPE": "vec4 array", "SIZE": "$levelCount", "FROM": ["radius", "size"]},
+    {"NAME": "levelTables", "TYPE": "vec4 array", "SIZE": "$levelCount", "FROM": ["radius", "size"]},
+    {"NAME": "stripWidth", "TYPE": "int", "FROM": ["radius", "size"]},
+    {"NAME": "tapCount", "TYPE": "int", "FROM": ["radius", "size"]},
+    {"NAME": "levelTaps", "TYPE": "array", "SIZE": "$tapCount", "FROM": ["radius", "size"]},
+    {"NAME": "prefilterCount", "TYPE": "int", "FROM": ["radius", "size"]},
+    {"NAME": "prefilters", "TYPE": "array", "SIZE": "$prefilterCount", "FROM": ["radius", "size"]},
+    {"NAME": "phaseCount", "TYPE": "int", "FROM": ["radius", "size"]},
+    {"NAME": "phases", "TYPE": "vec4 array", "SIZE": "$phaseCount", "FROM": ["radius", "size"]},
+    {"NAME": "nodeWeights", "TYPE": "vec4 array", "SIZE": "17 * ($levelCount - 1)", "FROM": ["radius", "size"]}
+  ],
+  "PASSES": [
+    {"TARGET": "sharp"},
+    {"TARGET": "decimatedRows", "WIDTH": "$stripWidth", "WHEN": "$method == $method_ladder"},
+    {"TARGET": "decimatedBoth", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 8", "WHEN": "$method == $method_ladder"},
+    {"TARGET": "blurredRows", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 8", "WHEN": "$method == $method_ladder"},
+    {"TARGET": "blurred", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 8", "WHEN": "$method == $method_ladder"},
+    {}
+  ],
+  "TOLERANCE": {"ABS": 4e-6, "REL": 6e-5, "REFERENCE": 6e-6,
+    "REASON": "weighted sums are divided by their weights, which may be as small as .05; the ladder's own error is stated by the reference"},
+  "CHART": {"reference": "reference", "method": "method", "sweep": {"radius": [1, 2, 4, 8, 16, 32]}},
+  "BREAKS": [
+    "edges: bleed mixes up to half of a near surface into what lies behind its silhouette",
+    "the ladder is within .02 of gather where edges bleed; beside silhouettes that are kept, somewhat more",
+    "GLSL keeps the ladder in one strip about eight times as wide as the frame: too wide for 4K on some drivers"
+  ]
+}*/
+#include "kit/image.glsl"
+
+float finite(float x) { return isNan(x) ? 0.0 : (isInf(x) ? (x > 0.0 ? 65504.0 : -65504.0) : x); }
+vec3 finite3(vec3 c) { return vec3(finite(c.r), finite(c.g), finite(c.b)); }
+
+// 1. Standard deviation of a pixel's blur: grows with the opacity in front of it.
+float sigmaAt(ivec2 p) {
+    vec3 t = finite3(fetch(transmittance, p).rgb);
+    float opacity = 1.0 - (t.r + t.g + t.b) * (1.0 / 3.0);
+    float share = clamp((opacity - start) / (1.0 - start), 0.0, 1.0);
+    return share > 0.0 ? largestSigma * pow(share, falloff) : 0.0;
+}
+
+// 2. What a blur of sigma takes from a pixel: colour times weight, and the weight.
+vec4 weighed(ivec2 p, float sigma) {
+    vec4 s = fetch(sharp, p);
+    float weight = edges == edges_bleed ? 1.0 : (s.a < sigma ? s.a / sigma : 1.0);
+    return vec4(s.rgb * weight, weight);
+}
+
+// 3. The ladder, level beside level in one strip: levels is sigma, factor, left column, reach; levelTables where its
+// taps, prefilter and phases begin, and its width.
+int levelAt(int x) {
+    int l = 0;
+    while (l + 1 < levelCount && x >= int(levels[l + 1].z)) l++;
+    return l;
+}
+int levelHeight(int l) { return (textureSize(sharp, 0).y - 1) / int(levels[l].y) + 9; }
+
+vec4 stripFetch(sampler2D image, int l, ivec2 small) {
+    small = clamp(small, ivec2(0), ivec2(int(levelTables[l].w), levelHeight(l)) - 1);
+    return fetch(image, ivec2(int(levels[l].z) + small.x, small.y));
+}
+
+vec4 decimatedRow(int l, ivec2 small) {
+    int factor = int(levels[l].y), offset = int(levelTables[l].y);
+    ivec2 center = ivec2((small.x - 4) * factor, small.y);
+    vec4 sum = prefilters[offset] * weighed(center, levels[l].x);
+    if (factor == 1) return sum;
+    for (int t = 1; t <= 3 * factor; t++)
+        sum += prefilters[offset + t] * (weighed(center - ivec2(t, 0), levels[l].x) + weighed(center + ivec2(t, 0), levels[l].x));
+    return sum;
+}
+vec4 decimatedColumn(int l, ivec2 small) {
+    int factor = int(levels[l].y), offset = int(levelTables[l].y), left = int(levels[l].z) + small.x;
+    int center = (small.y - 4) * factor;
+    vec4 sum = prefilters[offset] * fetch(decimatedRows, ivec2(left, center));
+    if (factor == 1) return sum;
+    for (int t = 1; t <= 3 * factor; t++)
+        sum += prefilters[offset + t] *
+               (fetch(decimatedRows, ivec2(left, center - t)) + fetch(decimatedRows, ivec2(left, center + t)));
+    return sum;
+}
+vec4 levelFir(sampler2D image, int l, ivec2 small, ivec2 along) {
+    int offset = int(levelTables[l].x), reach = int(levels[l].w);
+    vec4 sum = levelTaps[offset] * stripFetch(image, l, small);
+    for (int t = 1; t <= reach; t++)
+        sum += levelTaps[offset + t] * (stripFetch(image, l, small - t * along) + stripFetch(image, l, small + t * along));
+    return sum;
+}
+vec4 enlargedLevel(int l, ivec2 p) {
+    int factor = int(levels[l].y), offset = int(levelTables[l].z);
+    ivec2 small = p / factor + 4;
+    if (factor == 1) return stripFetch(blurred, l, small);
+    vec4 across = phases[offset + p.x % factor], down = phases[offset + p.y % factor], columns[4];
+    for (int m = 0; m < 4; m++) {
+        ivec2 at = small + ivec2(m - 1, -1);
+        columns[m] = (down.x * stripFetch(blurred, l, at) + down.y * stripFetch(blurred, l, at + ivec2(0, 1))) +
+                     (down.z * stripFetch(blurred, l, at + ivec2(0, 2)) + down.w * stripFetch(blurred, l, at + ivec2(0, 3)));
+    }
+    return (across.x * columns[0] + across.y * columns[1]) + (across.z * columns[2] + across.w * columns[3]);
+}
+
+// 4. Between four levels of the ladder: variances double from level to level, so the exponent of the variance says which.
+vec4 ladder(ivec2 p, vec4 self) {
+    float x = self.a * self.a / firstVariance;
+    int interval = 0;
+    float place = x;
+    if (x >= 1.0) {
+        int bits = floatBitsToInt(x);
+        interval = min((bits >> 23) - 126, levelCount - 2);
+        place = intBitsToFloat((bits & 0x007fffff) | 0x3f800000) - 1.0;
+        if ((bits >> 23) - 126 > levelCount - 2) place = 1.0;
+    }
+    float sampled = place * 16.0;
+    int below = min(int(sampled), 15);
+    vec4 a = nodeWeights[17 * interval + below], b = nodeWeights[17 * interval + below + 1];
+    vec4 weights = a + (sampled - float(below)) * (b - a);
+    int first = clamp(interval - 1, 0, max(0, levelCount - 3));
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < 4; k++) {
+        int node = first + k;
+        if (node > levelCount) break;
+        sum += weights[k] * (node == 0 ? vec4(self.rgb, 1.0) : enlargedLevel(node - 1, p));
+    }
+    return sum;
+}
+
+// The same by the definition. What lies beyond an edge is the edge's.
+float tail(float scale, int from, int reach) {
+    float sum = 0.0;
+    for (int d = from; d <= reach; d++) sum += exp(-float(d * d) * scale);
+    return sum;
+}
+vec4 gather(ivec2 p, vec4 self) {
+    if (self.a <= 0.0) return vec4(self.rgb, 1.0);
+    float scale = 0.5 / max(self.a * self.a, 1e-4);
+    int reach = int(ceil(4.0 * self.a));
+    ivec2 last = textureSize(sharp, 0) - 1, low = max(p - reach, ivec2(0)), high = min(p + reach, last);
+    vec2 before = vec2(tail(scale, p.x, reach), tail(scale, p.y, reach));
+    vec2 after = vec2(tail(scale, last.x - p.x, reach), tail(scale, last.y - p.y, reach));
+    vec4 sum = vec4(0.0);
+    float total = 0.0;
+    for (int y = low.y; y <= high.y; y++) {
+        float wy = exp(-float((y - p.y) * (y - p.y)) * scale);
+        if (y == 0) wy = before.y;
+        if (y == last.y) wy = y == 0 ? before.y + after.y - (p.y == y ? 1.0 : 0.0) : after.y;
+        for (int x = low.x; x <= high.x; x++) {
+            float w = exp(-float((x - p.x) * (x - p.x)) * scale);
+            if (x == 0) w = before.x;
+            if (x == last.x) w = x == 0 ? before.x + after.x - (p.x == x ? 1.0 : 0.0) : after.x;
+            sum += w * wy * weighed(ivec2(x, y), self.a);
+            total += w * wy;
+        }
+    }
+    return sum / total;
+}
+
+// 5. Divides by the weight; where hardly any is left, the pixel itself makes up for it.
+vec3 blurredColor(ivec2 p) {
+    vec4 self = fetch(sharp, p);
+    if (self.a <= 0.0) return self.rgb;
+    vec4 sum = method == method_ladder ? ladder(p, self) : gather(p, self);
+    if (edges == edges_bleed) return sum.rgb;
+    float weight = max(sum.a, 0.05);
+    return (sum.rgb + (weight - sum.a) * self.rgb) / weight;
+}
+
+void main() {
+    ivec2 p = pixel();
+#if defined(PASS_sharp)
+    vec3 scene = order == order_single ? fetch(clear, p).rgb : fetch(inputImage, p).rgb;
+    store(vec4(finite3(scene), sigmaAt(p)));
+#elif defined(PASS_output)
+    vec4 foggy = fetch(inputImage, p);
+    vec3 color = blurredColor(p);
+    if (order == order_single) {
+        // The fog's own light stays; what it let through of the clear picture is exchanged for the blurred one.
+        vec3 change = color - fetch(sharp, p).rgb;
+        color = finite3(foggy.rgb) + finite3(fetch(transmittance, p).rgb) * change;
+    }
+    store(vec4(color, foggy.a));
+#else
+    int l = levelAt(p.x);
+    ivec2 small = ivec2(p.x - int(levels[l].z), p.y);
+#if defined(PASS_decimatedRows)
+    store(decimatedRow(l, small));
+#elif defined(PASS_decimatedBoth)
+    store(small.y < levelHeight(l) ? decimatedColumn(l, small) : vec4(0.0));
+#elif defined(PASS_blurredRows)
+    store(small.y < levelHeight(l) ? levelFir(decimatedBoth, l, small, ivec2(1, 0)) : vec4(0.0));
+#else
+    store(small.y < levelHeight(l) ? levelFir(blurredRows, l, small, ivec2(0, 1)) : vec4(0.0));
+#endif
+#endif
+}

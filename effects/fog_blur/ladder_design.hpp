@@ -1,0 +1,96 @@
+// The ladder of blurred images that fog_blur interpolates, and how: computed once in fp64.
+#pragma once
+
+#include "common/blur_gaussian.hpp"
+
+namespace fog_blur {
+
+/// One blurred image: a Gaussian of `sigma` px, on an image decimated by `factor`.
+struct Level {
+    double sigma = 0;
+    int factor = 1, reach = 0, width = 0, height = 0;
+};
+
+/// Variances double from level to level, the first under .57 px, the last one step beyond the largest wanted,
+/// so that every variance between has two levels on either side. Level 0, the sharp image, is not in the
+/// list.
+inline std::vector<Level> ladderOf(double largest, int width, int height) {
+    largest = std::max(largest, .05);
+    int steps = std::max(1, int(std::floor(2 * std::log2(largest / .4))) + 1);
+    std::vector<Level> levels;
+    for (int l = 1; l <= steps + 1; l++) {
+        Level level;
+        level.sigma = largest * std::exp2(.5 * (l - steps));
+        level.factor = blur::gaussianFactor(level.sigma, 1e-3);
+        level.reach = blur::gaussianSmallReach(level.sigma, 1e-3);
+        level.width = (width - 1) / level.factor + 9;
+        level.height = (height - 1) / level.factor + 9;
+        levels.push_back(level);
+    }
+    return levels;
+}
+
+/// Samples of the weights in each interval of variance, and the levels they belong to: `firstNode` and the
+/// next three.
+constexpr int samplesPerInterval = 17;
+inline int firstNode(int interval, int levelCount) {
+    return std::clamp(interval - 1, 0, std::max(0, levelCount - 3));
+}
+
+/// Weights of four neighbouring levels whose sum is nearest a Gaussian of `variance` in least squares over
+/// the plane, the weights adding to 1. Inner products of round Gaussians are squares of those of their rows.
+inline std::vector<double> nodeWeights(const std::vector<double>& sigmas, double variance) {
+    const int n = int(sigmas.size()), reach = int(7 * sigmas.back()) + 3;
+    std::vector<blur::Half> kernels;
+    for (double sigma : sigmas) kernels.push_back(blur::gaussianTaps(sigma, reach));
+    kernels.push_back(blur::gaussianTaps(std::sqrt(variance), reach));
+    for (auto& kernel : kernels) kernel.resize(reach + 1, 0);
+    auto product = [&](int a, int b) {
+        double sum = kernels[a][0] * kernels[b][0];
+        for (int t = 1; t <= reach; t++) sum += 2 * kernels[a][t] * kernels[b][t];
+        return sum * sum;
+    };
+    // Normal equations bordered by the constraint; a trace of the diagonal keeps equal kernels solvable.
+    std::vector<std::vector<double>> m(n + 1, std::vector<double>(n + 2, 0));
+    for (int a = 0; a < n; a++) {
+        for (int b = 0; b < n; b++) m[a][b] = product(a, b) * (a == b ? 1 + 1e-9 : 1);
+        m[a][n] = m[n][a] = 1;
+        m[a][n + 1] = product(a, n);
+    }
+    m[n][n + 1] = 1;
+    for (int c = 0; c <= n; c++) {
+        int pivot = c;
+        for (int r = c; r <= n; r++)
+            if (std::abs(m[r][c]) > std::abs(m[pivot][c])) pivot = r;
+        std::swap(m[c], m[pivot]);
+        for (int r = 0; r <= n; r++)
+            if (r != c) {
+                double f = m[r][c] / m[c][c];
+                for (int k = c; k <= n + 1; k++) m[r][k] -= f * m[c][k];
+            }
+    }
+    std::vector<double> weights(4, 0);
+    for (int a = 0; a < n; a++) weights[a] = m[a][n + 1] / m[a][a];
+    return weights;
+}
+
+/// [interval][sample][4], sample s at (s/16) of the interval's variance.
+inline std::vector<double> ladderWeights(const std::vector<Level>& levels) {
+    const int count = int(levels.size());
+    std::vector<double> table;
+    for (int interval = 0; interval < count - 1; interval++) {
+        int first = firstNode(interval, count);
+        std::vector<double> sigmas;
+        for (int node = first; node <= std::min(first + 3, count); node++)
+            sigmas.push_back(node == 0 ? 0 : levels[node - 1].sigma);
+        double low = interval == 0 ? 0 : levels[interval - 1].sigma, high = levels[interval].sigma;
+        for (int s = 0; s < samplesPerInterval; s++) {
+            double variance = low * low + (high * high - low * low) * s / (samplesPerInterval - 1);
+            auto weights = nodeWeights(sigmas, variance);
+            table.insert(table.end(), weights.begin(), weights.end());
+        }
+    }
+    return table;
+}
+
+}  // namespace fog_blur
