@@ -31,8 +31,8 @@ class GlRunner final : public Runner {
   private:
     RunResult runHere(GlContext& context, const Chain& chain, const FramePair& frame,
                       const std::vector<std::string>& keep) {
-        while (context.functions().GetError() != GL_NO_ERROR) {
-        }  // of a run that threw
+        // What a run that threw left behind; a lost context would answer so for ever.
+        for (int k = 0; k < 16; k++) context.functions().GetError();
         TexturePool& pool = steps_->pool();
         auto uploaded = [&](const cv::Mat& image) {
             TexturePtr texture = pool.take(image.size(), image.channels() == 1 ? GL_R32F : GL_RGBA32F);
