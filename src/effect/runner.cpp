@@ -139,7 +139,7 @@ std::map<std::string, double> passVariables(const Step& step, cv::Size size, con
 
 cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& derived) {
     const Pass& last = step.effect->header.passes.back();
-    if (last.width.empty() && last.height.empty()) return input;
+    if (!step.effect->header.linear || (last.width.empty() && last.height.empty())) return input;
     auto variables = passVariables(step, input, derived);
     return {evaluateSize(last.width, variables, input.width),
             evaluateSize(last.height, variables, input.height)};

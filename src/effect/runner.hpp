@@ -71,7 +71,8 @@ int evaluateSize(const SizeExpression& expression, const std::map<std::string, d
 /// $WIDTH and $HEIGHT (of `size`) beside the step's own variables, and its int DERIVED.
 std::map<std::string, double> passVariables(const Step& step, cv::Size size, const DerivedValues& derived);
 
-/// The size of a step's output: its last pass's WIDTH and HEIGHT, by default its input's.
+/// The size of a step's output: its last pass's WIDTH and HEIGHT, by default its input's. A foreign ISF file
+/// always fills its input's size.
 cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& derived);
 
 /// Nearest sample by pixel centres, in whole numbers: how depth is brought to another size.

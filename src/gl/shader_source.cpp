@@ -7,11 +7,18 @@
 #include "error.hpp"
 #include "gl/gl_runner.hpp"
 #include "gl/helper_passes.hpp"
+#include "gl/isf_rewrite.hpp"
 #include "gl/rows_buffer.hpp"
 
 namespace brume {
 
 namespace {
+
+void checkName(const EffectHeader& header, const std::string& name) {
+    if (isfIdentifier(name) != name)
+        failUsage(header.path, ": '", name,
+                  "' is reserved in GLSL or no identifier there; call it something else");
+}
 
 void declareParameter(std::ostream& out, const Parameter& parameter, const ParameterValues& values) {
     if (parameter.isCompiledIn()) {
@@ -76,6 +83,13 @@ std::vector<ShaderText> linearPassSource(const Step& step, size_t index, bool tr
     if (writesTransmittance && pass.compute)
         failUsage(header.path,
                   ": the output pass WRITES transmittance, so it must be a fragment pass, not COMPUTE");
+    for (const Parameter& parameter : header.parameters) {
+        checkName(header, parameter.name);
+        for (const Parameter& field : parameter.fields) checkName(header, field.name);
+    }
+    for (const Derived& derived : header.derived) checkName(header, derived.name);
+    for (const Pass& other : header.passes)
+        if (!other.target.empty()) checkName(header, other.target);
     const ExpandedSource body = expandIncludes(*step.effect);
     const std::vector<std::string> buffers = storageBuffers(header);
 

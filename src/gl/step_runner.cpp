@@ -87,7 +87,9 @@ void StepRunner::run(const Step& step, GlFrame& frame) {
                       ": no pass without TARGET ran, so nothing was drawn; one must, whatever WHEN says");
     }
     frame.images[step.output] =
-        header.linear ? *output : helpers_.fromIsf(*output, isfMayLeavePixels(*step.effect));
+        header.linear ? *output
+                      : helpers_.resampleLinear(helpers_.fromIsf(*output, isfMayLeavePixels(*step.effect)),
+                                                bound.outputSize);
 }
 
 void StepRunner::bindImages(Bound& bound, GlFrame& frame) {

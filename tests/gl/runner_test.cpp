@@ -332,6 +332,9 @@ TEST_P(GlRunnerTest, MistakesNameFileAndLine) {
     };
     const std::string own = messageOf(linearEffect(inputOnly, "\nvoid main() {\n    store(nothing);\n}\n"));
     EXPECT_NE(own.find("test_effect.fs:6: "), std::string::npos) << own;
+    const std::string named = messageOf(
+        linearEffect(R"("INPUTS": [{"NAME": "half", "TYPE": "bool", "DEFAULT": true}])", "void main() {}"));
+    EXPECT_NE(named.find("'half' is reserved"), std::string::npos) << named;
     const std::string included = messageOf(
         linearEffect(inputOnly, "#include \"mistake.glsl\"\nvoid main() { store(vec4(mistaken())); }\n"));
     EXPECT_NE(included.find("mistake.glsl:3: "), std::string::npos) << included;
