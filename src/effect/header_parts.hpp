@@ -1,0 +1,49 @@
+// Shared by the files that read effect headers; no one else's business.
+#pragma once
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "effect/header.hpp"
+#include "error.hpp"
+#include "nearest_name.hpp"
+
+namespace brume {
+
+// What is being parsed, for messages: "fog.fs: INPUTS[2] 'density'".
+struct Where {
+    std::string place;
+    bool strict;  // brume's own form: unknown keys are mistakes; a foreign ISF file may say what it likes
+
+    Where in(const std::string& part) const { return {place + ": " + part, strict}; }
+    template <class... Parts>
+    [[noreturn]] void fail(const Parts&... parts) const {
+        failUsage(place, ": ", parts...);
+    }
+    void checkKeys(const nlohmann::json& object, const std::vector<std::string>& known) const {
+        if (!strict) return;
+        for (const auto& [key, item] : object.items())
+            if (std::find(known.begin(), known.end(), key) == known.end())
+                fail("unknown key '", key, "'", suggestion(key, known));
+    }
+};
+
+/// Text, or empty where there is none; a foreign file's other values as JSON.
+std::string textOf(const nlohmann::json& object, const char* key, const Where& where);
+bool flagOf(const nlohmann::json& object, const char* key);
+SizeExpression expressionOf(const nlohmann::json& object, const char* key, const Where& where);
+
+Parameter readParameter(const nlohmann::json& object, const Where& outer, bool isField);
+/// INPUTS of a foreign file.
+std::vector<Parameter> readForeignInputs(const nlohmann::json& inputs, const Where& where);
+
+int lineAt(const std::string& text, size_t place);
+/// The description's comment and where the GLSL begins.
+std::pair<std::string, size_t> splitComment(const std::string& path, const std::string& text);
+nlohmann::json parseDescription(const std::string& path, const std::string& fileText,
+                                const std::string& comment);
+
+}  // namespace brume

@@ -1,0 +1,97 @@
+// From an effect file's text to its description, and the description's simple values.
+#include <cctype>
+#include <regex>
+
+#include "effect/header_parts.hpp"
+#include "effect/sloppy_json.hpp"
+
+namespace brume {
+
+using json = nlohmann::json;
+
+int lineAt(const std::string& text, size_t place) {
+    return 1 + int(std::count(text.begin(), text.begin() + std::min(place, text.size()), '\n'));
+}
+
+// The JSON sits in the first comment that begins with a brace; the GLSL is everything after it. The comment
+// comes back as it lies in the file, blank up to the brace.
+std::pair<std::string, size_t> splitComment(const std::string& path, const std::string& text) {
+    size_t begin = text.find("/*");
+    if (begin == std::string::npos)
+        failUsage(path,
+                  ": no /* { ... } */ comment at the top; an ISF file begins with its JSON description");
+    while (begin != std::string::npos) {
+        const size_t end = text.find("*/", begin + 2);
+        if (end == std::string::npos)
+            failUsage(path, ":", lineAt(text, begin), ": the comment is never closed");
+        const size_t brace = text.find_first_not_of(" \t\r\n", begin + 2);
+        if (text[brace] == '{') {
+            std::string comment = text.substr(0, end);
+            for (size_t k = 0; k < brace; k++)
+                if (comment[k] != '\n') comment[k] = ' ';
+            return {comment, end + 2};
+        }
+        begin = text.find("/*", end);
+    }
+    failUsage(path, ": no comment holds a JSON object { ... }; an ISF file begins with its JSON description");
+}
+
+// The description, as JSON or, in a foreign file, as what it evidently means.
+json parseDescription(const std::string& path, const std::string& fileText, const std::string& comment) {
+    try {
+        return json::parse(comment, nullptr, true, true);
+    } catch (const json::parse_error& error) {
+        const json repaired = json::parse(repairJson(comment), nullptr, false, true);
+        if (repaired.is_object() && !repaired.empty() && !repaired.contains("SPACE")) return repaired;
+        failUsage(path, ":", lineAt(fileText, error.byte), ": the description is not JSON: ", error.what());
+    }
+}
+
+std::string textOf(const json& object, const char* key, const Where& where) {
+    auto found = object.find(key);
+    if (found == object.end() || found->is_null()) return {};
+    if (found->is_string()) return found->get<std::string>();
+    if (!where.strict) return found->dump();
+    where.fail(key, " must be text");
+}
+
+bool flagOf(const json& object, const char* key) {
+    auto found = object.find(key);
+    if (found == object.end()) return false;
+    if (found->is_boolean()) return found->get<bool>();
+    if (found->is_number()) return found->get<double>() != 0;
+    if (!found->is_string()) return false;
+    std::string word = found->get<std::string>();
+    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+    return word == "1" || word == "true" || word == "yes";
+}
+
+namespace {
+
+// Foreign files may leave out the dollar of a name.
+std::string withDollars(const std::string& expression) {
+    static const std::regex bare(R"((^|[^$\w.])([A-Za-z_]\w*)(?!\s*\(|\w))");
+    return std::regex_replace(expression, bare, "$1$$$2");
+}
+
+}  // namespace
+
+SizeExpression expressionOf(const json& object, const char* key, const Where& where) {
+    auto found = object.find(key);
+    if (found == object.end() || found->is_null()) return {};
+    if (!where.strict && found->is_string() &&
+        found->get<std::string>().find_first_not_of(" \t\n") == std::string::npos)
+        return {};
+    try {
+        if (found->is_number()) return SizeExpression(found->dump());
+        if (found->is_boolean()) return SizeExpression(found->get<bool>() ? "1" : "0");
+        if (found->is_string())
+            return SizeExpression(where.strict ? found->get<std::string>()
+                                               : withDollars(found->get<std::string>()));
+    } catch (const Error& error) {
+        where.fail(key, ": ", error.what());
+    }
+    where.fail(key, " must be a number or a size expression");
+}
+
+}  // namespace brume
