@@ -44,7 +44,7 @@ double perlin(const cv::Vec3d& p, Hash hash) {
         double weight = 1;
         for (int axis = 0; axis < 3; axis++) {
             const double t = 1 - std::abs(d[axis]);
-            weight *= 6 * std::pow(t, 5) - 15 * std::pow(t, 4) + 10 * std::pow(t, 3);
+            weight *= t * t * t * (10 - 15 * t + 6 * t * t);
         }
         sum += weight * gradient(hash(int64_t(at[0]), int64_t(at[1]), int64_t(at[2]))).dot(d);
     }
@@ -58,10 +58,10 @@ double simplex(const cv::Vec3d& p, Hash hash) {
     double sum = 0;
     const int64_t x0 = int64_t(std::floor(p[0])), y0 = int64_t(std::floor(p[1])),
                   z0 = int64_t(std::floor(p[2]));
-    for (int half = 0; half < 2; half++)
-        for (int64_t z = z0 - 1; z <= z0 + 2; z++)
-            for (int64_t y = y0 - 1; y <= y0 + 2; y++)
-                for (int64_t x = x0 - 1; x <= x0 + 2; x++) {
+    for (int half = 0; half < 2; half++)  // farther points are out of reach
+        for (int64_t z = z0 - half; z <= z0 + 1; z++)
+            for (int64_t y = y0 - half; y <= y0 + 1; y++)
+                for (int64_t x = x0 - half; x <= x0 + 1; x++) {
                     const cv::Vec3d d = p - cv::Vec3d(x + .5 * half, y + .5 * half, z + .5 * half);
                     if (d.dot(d) < .5)
                         sum += std::pow(.5 - d.dot(d), 4) * gradient(hash(x, y, z, half)).dot(d);
@@ -92,6 +92,18 @@ inline double noise(NoiseKind kind, const cv::Vec3d& cells, int octaves, int64_t
         total += std::pow(.5, octave);
     }
     return .5 + .5 * sum / total;
+}
+
+/// One octave of noise along an axis, -1..1, at a place in cells from the world's origin.
+inline double lineNoise(double x, uint32_t axis, int64_t period, uint32_t seed) {
+    double sum = 0;
+    for (int end = 0; end < 2; end++) {
+        const double at = std::floor(x) + end, t = 1 - std::abs(x - at);
+        const int64_t cell = ((int64_t(at) % period) + period) % period;
+        const double slope = double(latticeHash(uint32_t(cell), axis, 0, seed) >> 8) / double(1 << 23) - 1;
+        sum += slope * (x - at) * t * t * t * (10 - 15 * t + 6 * t * t);
+    }
+    return 2 * sum;
 }
 
 }  // namespace brume::reference

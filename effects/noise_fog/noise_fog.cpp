@@ -1,0 +1,330 @@
+// noise_fog: fog of uneven density (MODELS.md §4; P1 §3.3, P3 §3.2.3, P5).
+//
+//   out = C·T + A·(1 - T), alpha passes through
+//   exponential  T = exp(-density·n̂·x)                          x = max(0, L - start), m along the ray
+//   power        1 - T = min(n̂·(x/distance)^exponent, max)      P1 eq 10 (which prints max for its listing's
+//   clamp) n̂, the relative density, from the noise n in 0..1: low + (high - low)·n; P5's n·Δy²/2 + .001; 1 ±
+//   strength·n; or P3's product of each axis' mean factor. n is the noise at (p - wind·t)/size of the
+//   surface, or its mean over the ray A = mix(color, color_high, n) + sun_color·max(0, d·s)^exponent
+//
+// Limits: L = 0 gives T = 1; sky takes the noise's mean, 1/2, and x = 1e30 m; T = 0 gives A even for C = inf.
+// Beyond 4096 cells a surface takes the mean too: no pixel resolves it, and fp32 would lose its place.
+#include "common/fog.hpp"
+#include "effect/plugin.hpp"
+#include "noise_fog/derived.hpp"
+#include "noise_fog/methods.hpp"
+#include "noise_fog/params.hpp"
+#include "noise_fog/plan.hpp"
+#include "noise_fog/reference.hpp"
+
+namespace brume::noise_fog {
+namespace {
+
+constexpr float endlessWay = 1e30f;
+constexpr float farCells = 4096;
+
+// fp32 constants of one call.
+struct Constants {
+    NoiseLattice lattice;
+    float fraction[3], inverseSize, inverseDistance, toSun[3];
+    const float* volume;
+    int edge;
+    Product product;
+    bool isGround, varyingAirlight;
+};
+
+Constants constantsOf(const NoiseFog& p, const CpuContext& c) {
+    Constants k{};
+    const auto cell = c.derived("noise_cell"), fraction = c.derived("noise_fraction");
+    k.lattice = {int(cell[0]), int(cell[1]), int(cell[2]), uint32_t(p.tile) - 1, uint32_t(p.seed)};
+    k.inverseSize = c.derived("inverse_size")[0];
+    k.inverseDistance = c.derived("inverse_distance")[0];
+    k.volume = c.derived("baked").data();
+    k.edge = int(c.derived("baked_edge")[0]);
+    k.isGround = p.isGround();
+    k.varyingAirlight = p.hasSun() || (p.where != asAProduct && p.color != p.colorHigh);
+    const auto points = c.derived("axis_points"), begin = c.derived("axis_begin"),
+               log = c.derived("axis_log");
+    k.product.lattice = k.lattice;
+    k.product.inverseSize = k.inverseSize;
+    k.product.low = p.low, k.product.high = p.high, k.product.octaves = p.octaves;
+    for (int a = 0; a < 3; a++) {
+        k.fraction[a] = k.product.fraction[a] = fraction[a];
+        k.toSun[a] = c.derived("to_sun")[a];
+        k.product.axis[a] = p.axis(a);
+        k.product.log[a] = log[a];
+        k.product.points[a] = points.data() + 4 * int(begin[a]);
+        k.product.count[a] = int(begin[a + 1]) - int(begin[a]);
+    }
+    return k;
+}
+
+// A tile of one row: ways, directions, the noise's coordinates, the noise.
+struct Tile : FogTile {
+    float L[fogTileSize], d[3][fogTileSize];
+    float p[3][fogTileSize], noise[fogTileSize], sum[fogTileSize];
+    float relative[fogTileSize];
+};
+
+BRUME_INLINE void raysTile(const View& v, const float* depth, int i0, float y, int count, Tile& t) {
+    const auto r = v.worldFromView;
+    const float originX = v.originX, inverseFx = v.inverseFx;
+    for (int i = 0; i < count; i++) {
+        const float x = (float(i0 + i) + originX) * inverseFx;
+        const float length = View::rayLength(x, y), unit = 1.0f / length;
+        const float ux = x * unit, uy = y * unit;
+        t.L[i] = depth[i] * length;
+        t.d[0][i] = r(0, 0) * ux + r(0, 1) * uy - r(0, 2) * unit;
+        t.d[1][i] = r(1, 0) * ux + r(1, 1) * uy - r(1, 2) * unit;
+        t.d[2][i] = r(2, 0) * ux + r(2, 1) * uy - r(2, 2) * unit;
+    }
+}
+
+// 1. The noise at the coordinates p.
+template <NoiseKind kind>
+BRUME_INLINE void proceduralTile(const Constants& k, int octaves, int count, Tile& t) {
+    float weight = 1, scale = 1, total = 0;
+    for (int i = 0; i < count; i++) t.noise[i] = 0;
+    for (int octave = 0; octave < octaves; octave++) {
+        const NoiseLattice l = octaveLattice(k.lattice, octave);
+        for (int i = 0; i < count; i++) {
+            const float x = t.p[0][i] * scale, y = t.p[1][i] * scale, z = t.p[2][i] * scale;
+            const float n = kind == NoiseKind::Perlin ? perlinNoise(x, y, z, l) : simplexNoise(x, y, z, l);
+            t.noise[i] += weight * n;
+        }
+        total += weight;
+        weight *= 0.5f;
+        scale *= 2.0f;
+    }
+    for (int i = 0; i < count; i++) t.noise[i] = 0.5f + 0.5f * (t.noise[i] / total);
+}
+
+BRUME_INLINE void noiseTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    if (p.method == baked) {
+        const int texels = k.edge / p.tile, edge = k.edge;
+        const float scale = float(texels), *volume = k.volume;
+        const int baseX = k.lattice.cellX * texels, baseY = k.lattice.cellY * texels,
+                  baseZ = k.lattice.cellZ * texels;
+        for (int i = 0; i < count; i++)
+            t.noise[i] = volumeNoise(volume, edge, t.p[0][i] * scale, t.p[1][i] * scale, t.p[2][i] * scale,
+                                     baseX, baseY, baseZ);
+    } else if (p.noise == int(NoiseKind::Perlin)) {
+        proceduralTile<NoiseKind::Perlin>(k, p.octaves, count, t);
+    } else {
+        proceduralTile<NoiseKind::Simplex>(k, p.octaves, count, t);
+    }
+}
+
+// Coordinates at `part` of the way, of which no more than `reach` metres count.
+BRUME_INLINE void cellsTile(const Constants& k, float reach, float part, int count, Tile& t) {
+    const float inverseSize = k.inverseSize, vertical = k.isGround ? 0.0f : 1.0f;
+    const float f0 = k.fraction[0], f1 = k.fraction[1], f2 = k.fraction[2];
+    for (int i = 0; i < count; i++) {
+        const float L = t.L[i] < reach ? t.L[i] : reach;
+        const float cells = (L * part) * inverseSize;
+        t.p[0][i] = f0 + t.d[0][i] * cells;
+        t.p[1][i] = f1 + t.d[1][i] * cells * vertical;
+        t.p[2][i] = f2 + t.d[2][i] * cells;
+    }
+}
+
+// 2. The noise of each pixel: at its surface, or its mean along the ray.
+BRUME_INLINE void pixelNoiseTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    if (p.where == atTheSurface) {
+        const float far = farCells / k.inverseSize * 1.0001f, inverseSize = k.inverseSize;
+        cellsTile(k, far, 1.0f, count, t);
+        noiseTile(p, k, count, t);
+        for (int i = 0; i < count; i++) t.noise[i] = t.L[i] * inverseSize > farCells ? 0.5f : t.noise[i];
+        return;
+    }
+    for (int i = 0; i < count; i++) t.sum[i] = 0;
+    for (int step = 0; step < p.steps; step++) {
+        cellsTile(k, p.range, (float(step) + 0.5f) / float(p.steps), count, t);
+        noiseTile(p, k, count, t);
+        for (int i = 0; i < count; i++) t.sum[i] += t.noise[i];
+    }
+    const float range = p.range, steps = float(p.steps);
+    for (int i = 0; i < count; i++) {
+        const float share = t.L[i] > range ? range / t.L[i] : 1.0f;
+        t.noise[i] = 0.5f + share * (t.sum[i] / steps - 0.5f);
+    }
+}
+
+// 3. Relative density.
+template <int mode>
+BRUME_INLINE void modulateTile(const NoiseFog& p, int count, Tile& t) {
+    for (int i = 0; i < count; i++) {
+        const float L = t.L[i] < 1e15f ? t.L[i] : 1e15f;
+        t.relative[i] = modulated<mode>(p, t.noise[i], L * t.d[1][i]);
+    }
+}
+
+// 6. Transmittance and opacity of the model.
+BRUME_INLINE void modelTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    const float start = p.start, density = p.density, limit = p.maxOpacity, exponent = p.powerExponent;
+    const float inverseDistance = k.inverseDistance;
+    float *transmittance = t.transmittance[0], *opacity = t.opacity[0];
+    if (p.model == exponential) {
+        for (int i = 0; i < count; i++) {
+            float x = t.L[i] - start;
+            x = x > 0.0f ? x : 0.0f;
+            x = x < endlessWay ? x : endlessWay;
+            const Extinction e = extinctionOf(density * x * t.relative[i]);
+            const bool isOver = e.opacity > limit;
+            transmittance[i] = isOver ? 1.0f - limit : e.transmittance;
+            opacity[i] = isOver ? limit : e.opacity;
+        }
+        return;
+    }
+    for (int i = 0; i < count; i++) {
+        float x = t.L[i] - start;
+        x = x > 0.0f ? x : 0.0f;
+        x = x < endlessWay ? x : endlessWay;
+        float u = powFast(x * inverseDistance, exponent);
+        u = u < endlessWay ? u : endlessWay;
+        const float whole = t.relative[i] * u;
+        opacity[i] = whole < limit ? whole : limit;
+        transmittance[i] = 1.0f - opacity[i];
+    }
+}
+
+// 5. Airlight.
+BRUME_INLINE void airlightTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    for (int n = 0; n < 3; n++) {
+        const float a = p.color[n], b = p.colorHigh[n] - p.color[n];
+        for (int i = 0; i < count; i++) t.airlight[n][i] = a + t.noise[i] * b;
+    }
+    if (!p.hasSun()) return;
+    const float offset = p.sunOffset, exponent = p.sunExponent;
+    const float s0 = k.toSun[0], s1 = k.toSun[1], s2 = k.toSun[2];
+    const float c0 = p.sunColor[0], c1 = p.sunColor[1], c2 = p.sunColor[2];
+    for (int i = 0; i < count; i++) {
+        float x = t.d[0][i], y = t.d[1][i], z = t.d[2][i];
+        if (offset > 0.0f) {
+            const float L = t.L[i] < 1e15f ? t.L[i] : 1e15f;  // from there on the offset is nothing
+            x = x * L + offset, y = y * L + offset, z = z * L + offset;
+            const float unit = 1.0f / std::sqrt(x * x + y * y + z * z);
+            x *= unit, y *= unit, z *= unit;
+        }
+        const float cosine = x * s0 + y * s1 + z * s2;
+        const float lobe = powFast(cosine > 0.0f ? cosine : 0.0f, exponent);
+        t.airlight[0][i] += c0 * lobe;
+        t.airlight[1][i] += c1 * lobe;
+        t.airlight[2][i] += c2 * lobe;
+    }
+}
+
+BRUME_INLINE void fogTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    if (p.where == asAProduct) {
+        for (int i = 0; i < count; i++) {
+            t.relative[i] = k.product.mean(t.d[0][i], t.d[1][i], t.d[2][i], t.L[i]);
+            t.noise[i] = 0;
+        }
+    } else {
+        pixelNoiseTile(p, k, count, t);
+        if (p.mode == modulate)
+            modulateTile<modulate>(p, count, t);
+        else if (p.mode == ocean)
+            modulateTile<ocean>(p, count, t);
+        else if (p.mode == additive)
+            modulateTile<additive>(p, count, t);
+        else
+            modulateTile<subtractive>(p, count, t);
+    }
+    modelTile(p, k, count, t);
+    if (k.varyingAirlight) airlightTile(p, k, count, t);
+}
+
+BRUME_VECTORISE void rows(const NoiseFog& p, const CpuContext& c, cv::Range range) {
+    const Constants k = constantsOf(p, c);
+    Tile t;
+    for (int j = range.start; j < range.end; j++) {
+        const float* depth = c.depth.ptr<float>(j);
+        const float* in = c.input.ptr<float>(j);
+        float* out = const_cast<float*>(c.output.ptr<float>(j));
+        float* transmittance =
+            c.transmittance.empty() ? nullptr : const_cast<float*>(c.transmittance.ptr<float>(j));
+        const float y = c.view.rayY(j);
+        for (int i0 = 0; i0 < c.view.width; i0 += fogTileSize) {
+            const int count = std::min(fogTileSize, c.view.width - i0);
+            raysTile(c.view, depth + i0, i0, y, count, t);
+            fogTile(p, k, count, t);
+            if (k.varyingAirlight)
+                compositeTile<true, true>(t, p.color, in + 4 * i0, out + 4 * i0, count);
+            else
+                compositeTile<true, false>(t, p.color, in + 4 * i0, out + 4 * i0, count);
+            if (transmittance) transmittanceTile(t, true, transmittance + 4 * i0, count);
+        }
+    }
+}
+
+}  // namespace
+
+auto effect() {
+    using Row = EffectOf<NoiseFog>::RowBinder<Point>;
+    return EffectOf<NoiseFog>()
+        .bind("color", &NoiseFog::color)
+        .bind("color_high", &NoiseFog::colorHigh)
+        .bind("model", &NoiseFog::model)
+        .bind("where", &NoiseFog::where)
+        .bind("mode", &NoiseFog::mode)
+        .bind("low", &NoiseFog::low)
+        .bind("high", &NoiseFog::high)
+        .bind("strength", &NoiseFog::strength)
+        .bind("start", &NoiseFog::start)
+        .bind("density", &NoiseFog::density)
+        .bind("power_distance", &NoiseFog::powerDistance)
+        .bind("power_exponent", &NoiseFog::powerExponent)
+        .bind("max_opacity", &NoiseFog::maxOpacity)
+        .bind("noise", &NoiseFog::noise)
+        .bind("size", &NoiseFog::size)
+        .bind("octaves", &NoiseFog::octaves)
+        .bind("wind", &NoiseFog::wind)
+        .bind("seed", &NoiseFog::seed)
+        .bind("tile", &NoiseFog::tile)
+        .bind("extent", &NoiseFog::extent)
+        .bind("method", &NoiseFog::method)
+        .bind("resolution", &NoiseFog::resolution)
+        .bind("smoothing", &NoiseFog::smoothing)
+        .bind("steps", &NoiseFog::steps)
+        .bind("range", &NoiseFog::range)
+        .bind("x_profile", &NoiseFog::xProfile)
+        .bind("x_density", &NoiseFog::xDensity)
+        .bind("x_origin", &NoiseFog::xOrigin)
+        .bind("x_falloff", &NoiseFog::xFalloff)
+        .bind("y_profile", &NoiseFog::yProfile)
+        .bind("y_density", &NoiseFog::yDensity)
+        .bind("y_origin", &NoiseFog::yOrigin)
+        .bind("y_falloff", &NoiseFog::yFalloff)
+        .bind("z_profile", &NoiseFog::zProfile)
+        .bind("z_density", &NoiseFog::zDensity)
+        .bind("z_origin", &NoiseFog::zOrigin)
+        .bind("z_falloff", &NoiseFog::zFalloff)
+        .list<Point>("points", &NoiseFog::points,
+                     [](Row& b) {
+                         b.bind("axis", &Point::axis)
+                             .bind("position", &Point::position)
+                             .bind("density", &Point::density);
+                     })
+        .bind("sun_direction", &NoiseFog::sunDirection)
+        .bind("sun_color", &NoiseFog::sunColor)
+        .bind("sun_exponent", &NoiseFog::sunExponent)
+        .bind("sun_offset", &NoiseFog::sunOffset)
+        .derive("noise_cell", noiseCell)
+        .derive("noise_fraction", noiseFraction)
+        .derive("inverse_size", inverseSize)
+        .derive("inverse_distance", inverseDistance)
+        .derive("to_sun", toSun)
+        .derive("baked_edge", bakedEdge)
+        .derive("baked", bakedNoise)
+        .derive("axis_log", axisLog)
+        .derive("axis_points", axisPoints)
+        .derive("axis_begin", axisBegin)
+        .rows(rows)
+        .referenceImage(reference)
+        .plan(plan);
+}
+
+}  // namespace brume::noise_fog
+
+BRUME_PLUGIN(brume::noise_fog::effect())
