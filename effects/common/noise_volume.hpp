@@ -44,6 +44,37 @@ inline std::vector<double> pascalRow(int s) {
     return row;
 }
 
+/// Row (y, z) of the volume before smoothing, fp64, octave by octave so that it vectorises.
+template <NoiseKind kind>
+BRUME_INLINE void bakeRow(double* row, int edge, double cellsPerTexel, double y, double z,
+                          const NoiseLattice& lattice, int octaves) {
+    double weight = 1, scale = 1, total = 0;
+    for (int x = 0; x < edge; x++) row[x] = 0;
+    for (int octave = 0; octave < octaves; octave++) {
+        const NoiseLattice l = octaveLattice(lattice, octave);
+        for (int x = 0; x < edge; x++) {
+            const double place = x * cellsPerTexel * scale;
+            row[x] += weight * (kind == NoiseKind::Perlin ? perlinNoise(place, y * scale, z * scale, l)
+                                                          : simplexNoise(place, y * scale, z * scale, l));
+        }
+        total += weight;
+        weight *= .5;
+        scale *= 2;
+    }
+    for (int x = 0; x < edge; x++) row[x] = .5 + .5 * (row[x] / total);
+}
+BRUME_VECTORISE inline void bakeSlice(double* slice, NoiseKind kind, int edge, double cellsPerTexel, double z,
+                                      const NoiseLattice& lattice, int octaves) {
+    for (int y = 0; y < edge; y++) {
+        if (kind == NoiseKind::Perlin)
+            bakeRow<NoiseKind::Perlin>(slice + y * edge, edge, cellsPerTexel, y * cellsPerTexel, z, lattice,
+                                       octaves);
+        else
+            bakeRow<NoiseKind::Simplex>(slice + y * edge, edge, cellsPerTexel, y * cellsPerTexel, z, lattice,
+                                        octaves);
+    }
+}
+
 /// Bakes `edge`³ values of the noise of `octaves` octaves that repeats after `tile` cells, fp64, smoothed
 /// along each axis by Pascal's row 2·smoothing, wrapping. edge and tile are powers of two, edge ≥ tile.
 inline std::vector<double> bakeNoise(NoiseKind kind, int octaves, int tile, int edge, int smoothing,
@@ -55,13 +86,8 @@ inline std::vector<double> bakeNoise(NoiseKind kind, int octaves, int tile, int 
     lattice.seed = seed;
     cv::parallel_for_({0, edge}, [&](const cv::Range& slices) {
         for (int z = slices.start; z < slices.end; z++)
-            for (int y = 0; y < edge; y++)
-                for (int x = 0; x < edge; x++) {
-                    const cv::Vec3d p(x * cellsPerTexel, y * cellsPerTexel, z * cellsPerTexel);
-                    volume[(size_t(z) * edge + y) * edge + x] =
-                        kind == NoiseKind::Perlin ? noiseOctaves<NoiseKind::Perlin>(p, lattice, octaves)
-                                                  : noiseOctaves<NoiseKind::Simplex>(p, lattice, octaves);
-                }
+            bakeSlice(&volume[size_t(z) * edge * edge], kind, edge, cellsPerTexel, z * cellsPerTexel, lattice,
+                      octaves);
     });
     if (smoothing == 0) return volume;
     const std::vector<double> weights = pascalRow(smoothing);

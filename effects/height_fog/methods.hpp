@@ -20,7 +20,7 @@ struct Layer {
     static Layer of(float logDensity, float falloff) {
         const double binary = double(logDensity) / 0.69314718055994531;
         Layer layer;
-        layer.exponent = int(std::clamp(std::floor(binary), -1e6, 1e6));
+        layer.exponent = int(std::clamp(std::floor(binary), -2e6, 2e6));
         layer.mantissa = float(std::exp2(binary - std::floor(binary)));
         layer.falloff = falloff;
         layer.above = falloff > 0
@@ -30,7 +30,7 @@ struct Layer {
     }
     BRUME_INLINE float opticalDepth(float L, float dy, float climb, float length) const {
         float x = falloff * std::fabs(dy);
-        x = x < 1e-30f ? 1e-30f : (x > 8e3f ? 8e3f : x);
+        x = x < 1e-30f ? 1e-30f : (x > 1e6f ? 1e6f : x);
         const ReducedExp e = reduceExp(-x);
         const int n = e.n < -126 ? -126 : e.n;
         const float scale = powerOfTwo(n);
