@@ -60,7 +60,7 @@
     "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference as an allowance"},
   "CHART": {"reference": "reference", "method": "method", "sweep": {"radius": [1, 2, 4, 8, 16, 32, 64, 128]}},
   "BREAKS": [
-    "box has an error of .05 of a bright point's height, and of .4 below radius 1",
+    "box has an error of .05 of a bright point's height, and each of its three boxes replicates edges for itself",
     "pascal only knows radii whose square is a multiple of 1/2: below .5 it is the identity",
     "decimated is fir below radius 3.5; it depends on where a point lies between small pixels by its error",
     "replicated edges keep constants but not the mean"

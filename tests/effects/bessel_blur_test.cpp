@@ -1,0 +1,139 @@
+// Theorems and error bounds of bessel_blur; parity and reference over many frames are driven by the registry.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "effects/blur_theorems.hpp"
+
+using namespace blur_test;
+
+static const char* const methods[] = {"fir", "recursive", "decimated", "hold", "bilinear", "auto"};
+
+static Blur bessel(const std::string& method, double radius) { return {"bessel_blur", method, radius}; }
+
+// e^(-1.5a)·cos(√3·a/2 - π/3)/τ integrated over pixels by its antiderivative.
+static Kernel trueBessel(double radius, int reach) {
+    double tau = radius / std::sqrt(2. / 3), s = std::sqrt(3.) / 2;
+    auto integral = [&](double x) {  // from 0 to x
+        auto at = [&](double a) {
+            double angle = s * a - M_PI / 3;
+            return std::exp(-1.5 * a) * (-1.5 * std::cos(angle) + s * std::sin(angle)) / 3;
+        };
+        return at(x / tau) - at(0);
+    };
+    Kernel kernel;
+    double sum = 0;
+    for (int d = -reach; d <= reach; d++) {
+        double n = std::abs(d);
+        sum += kernel.emplace_back(d == 0 ? 2 * integral(.5) : integral(n + .5) - integral(n - .5));
+    }
+    for (double& w : kernel) w /= sum;
+    return kernel;
+}
+static int reachOf(double radius) { return int(15 * radius) + 8; }
+
+static int periodOf(const std::string& method, double radius) {
+    if (method != "decimated" && method != "auto") return 1;
+    return std::clamp(int(radius / 3.3), 1, 16);
+}
+
+TEST(BesselBlur, ConstantsAreKeptAtEveryRadius) {
+    for (const char* method : methods)
+        for (double radius : {0., .01, .2, .5, 1., 3., 7., 30., 100., 1000.})
+            expectConstantsKept(bessel(method, radius));
+}
+
+TEST(BesselBlur, RadiusZeroIsTheIdentity) {
+    cv::Mat image = randomImage({31, 17}, 1);
+    for (const char* method : methods)
+        EXPECT_EQ(cv::countNonZero(onCpu(bessel(method, 0), image).reshape(1) != image.reshape(1)), 0)
+            << method;
+}
+
+TEST(BesselBlur, ErrorOfFastMethodsIsUnderOneThousandthAtEveryRadius) {
+    for (double radius :
+         {.5, .7, 1., 1.99, 2., 3., 5., 6.59, 6.6, 7., 9., 10., 12., 13.2, 20., 32., 60., 200.})
+        for (const char* method : {"auto", "fir", "decimated", "recursive"}) {
+            auto error = operatorError(bessel(method, radius), trueBessel(radius, reachOf(radius)),
+                                       periodOf(method, radius));
+            // Above 16 the pair's is only bounded, by twice one axis's.
+            EXPECT_LE(error.pair, radius > 16 ? 1.2e-3 : 1e-3)
+                << method << " " << radius << " one axis " << error.oneAxis;
+            EXPECT_LE(error.oneAxis, 6e-4) << method << " " << radius;
+            if (std::string(method) == "recursive") {
+                EXPECT_LE(error.pair, 2e-5) << radius;
+            }
+        }
+}
+
+// MODELS.md §6: at τ = 2 / 4 / 16 the hold errs 1.1e-2 / 3.5e-3 / 2.3e-4, the bilinear form 5.2e-2 / 1.6e-2
+// / 9.8e-4.
+TEST(BesselBlur, ErrorsOfTextbookMethodsAreTheKnownOnes) {
+    const double known[][3] = {{2, 1.1e-2, 5.2e-2}, {4, 3.5e-3, 1.6e-2}, {16, 2.3e-4, 9.8e-4}};
+    for (const auto& [tau, hold, bilinear] : known) {
+        double radius = tau * std::sqrt(2. / 3);
+        Kernel truth = trueBessel(radius, reachOf(radius));
+        EXPECT_NEAR(operatorError(bessel("hold", radius), truth, 1).oneAxis, hold, .12 * hold) << tau;
+        EXPECT_NEAR(operatorError(bessel("bilinear", radius), truth, 1).oneAxis, bilinear, .12 * bilinear)
+            << tau;
+    }
+}
+
+TEST(BesselBlur, ItsStandardDeviationIsTheRadius) {
+    for (double radius : {2., 5., 9.}) {
+        const int reach = reachOf(radius);
+        cv::Mat impulse(1, 2 * reach + 1, CV_32FC4, cv::Scalar::all(0));
+        impulse.at<cv::Vec4f>(0, reach) = {1, 1, 1, 1};
+        cv::Mat blurred = onCpu(bessel("recursive", radius), impulse);
+        double variance = 0;
+        for (int d = -reach; d <= reach; d++) variance += d * d * blurred.at<cv::Vec4f>(0, d + reach)[0];
+        // A pixel's own variance comes on top.
+        EXPECT_NEAR(variance, radius * radius + 1. / 12, 2e-3 * radius * radius) << radius;
+    }
+}
+
+TEST(BesselBlur, TransposedAndMirroredImagesGiveTransposedAndMirroredBlurs) {
+    for (const char* method : methods)
+        for (double radius : {.7, 2.5, 8., 20.}) {
+            expectTransposed(bessel(method, radius), 5e-6);
+            expectMirrored(bessel(method, radius), periodOf(method, radius) > 1 ? 1e-3 : 5e-6);
+        }
+}
+
+TEST(BesselBlur, MeanOfContentAwayFromEdgesIsKept) {
+    for (const char* method : methods)
+        for (double radius : {1., 4., 9.})
+            expectMeanKept(bessel(method, radius), int(15 * radius) + 4,
+                           periodOf(method, radius) > 1 ? 1e-3 : 5e-5);
+}
+
+TEST(BesselBlur, AStepBecomesTheIntegralOfTheKernel) {
+    for (const char* method : {"fir", "recursive", "decimated", "auto"})
+        for (double radius : {.5, 2., 7., 17.})
+            expectStep(bessel(method, radius), trueBessel(radius, reachOf(radius)), 6e-4);
+}
+
+TEST(BesselBlur, EdgesReplicateAlsoOfImagesNarrowerThanTheKernel) {
+    for (const char* method : methods)
+        for (double radius : {.7, 3., 9., 16.}) {
+            int period = periodOf(method, radius), reach = (int(16 * radius) + 8 + period) / period * period;
+            expectEdgesReplicate(bessel(method, radius), reach, 1e-5);
+        }
+}
+
+TEST(BesselBlur, OneBadPixelCountsAsOneBoundedPixel) {
+    for (const char* method : methods)
+        for (double radius : {.5, 3., 9.}) expectBadPixelsBounded(bessel(method, radius));
+}
+
+TEST(BesselBlur, SameBitsOnAnyNumberOfThreads) {
+    for (const char* method : methods)
+        for (double radius : {2., 13.}) expectSameBitsOnAnyThreads(bessel(method, radius));
+}
+
+TEST(BesselBlur, GlslMatches) {
+    for (const char* method : methods)
+        for (double radius : {.4, 3., 9., 60.})
+            for (cv::Size size : {cv::Size(53, 31), cv::Size(3, 40)})
+                expectGlMatches(bessel(method, radius), size);
+}

@@ -1,0 +1,176 @@
+// Theorems of fog_blur; parity and reference over many frames are driven by the registry.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core/utility.hpp>
+
+#include "cpu/cpu_runner.hpp"
+#include "effect/preset.hpp"
+#include "effects/blur_theorems.hpp"
+#include "gl/gl_runner.hpp"
+
+using namespace brume;
+using blur_test::difference;
+using blur_test::randomImage;
+
+static cv::Mat constant(cv::Size size, float value) {
+    return cv::Mat(size, CV_32FC4, cv::Scalar::all(value));
+}
+
+static cv::Mat blurOn(Runner& runner, const cv::Mat& image, const cv::Mat& transmittance,
+                      const std::string& parameters, const cv::Mat& clear = {}) {
+    FramePair frame;
+    frame.color = image;
+    frame.depth = cv::Mat(image.size(), CV_32F, cv::Scalar(10));
+    frame.camera = Camera::withHorizontalView(image.size(), 90);
+    frame.images["through"] = transmittance;
+    frame.images["before"] = clear.empty() ? image : clear;
+    Chain chain = parsePreset("{\"effects\": [{\"effect\": \"fog_blur\", " + parameters + "}]}", "test",
+                              EffectRegistry::standard());
+    chain.steps[0].values["transmittance"].text = "through";
+    chain.steps[0].values["clear"].text = "before";
+    chain = planChain(chain, frame, runner.backend(), {});
+    return runner.run(chain, frame, {}).images["color"].clone();
+}
+static cv::Mat blurred(const cv::Mat& image, const cv::Mat& transmittance, const std::string& parameters,
+                       const cv::Mat& clear = {}) {
+    static auto runner = makeCpuRunner();
+    return blurOn(*runner, image, transmittance, parameters, clear);
+}
+
+// The L1 norm of the difference to a Gaussian, of the response to an impulse under even fog.
+static double errorUnderEvenFog(double radius, double share, const std::string& method) {
+    const double sigma = radius * share;
+    const int reach = int(6 * sigma) + 6, size = 2 * reach + 1;
+    cv::Mat impulse = constant({size, size}, 0);
+    impulse.at<cv::Vec4f>(reach, reach) = {1, 1, 1, 1};
+    std::string parameters =
+        "\"edges\": \"bleed\", \"method\": \"" + method + "\", \"radius\": " + std::to_string(radius);
+    cv::Mat response = blurred(impulse, constant({size, size}, float(1 - share)), parameters);
+    double error = 0, sum = 0;
+    auto weight = [&](int i, int j) {
+        double x = i - reach, y = j - reach;
+        return std::exp(-(x * x + y * y) / (2 * sigma * sigma));
+    };
+    for (int j = 0; j < size; j++)
+        for (int i = 0; i < size; i++) sum += weight(i, j);
+    for (int j = 0; j < size; j++)
+        for (int i = 0; i < size; i++)
+            error += std::abs(response.at<cv::Vec4f>(j, i)[0] - weight(i, j) / sum);
+    return error;
+}
+
+TEST(FogBlur, TheLadderIsWithinTwoHundredthsOfAGaussianAtEveryStrength) {
+    double worst = 0;
+    for (double radius : {.3, 1., 3., 4., 8., 13.})
+        for (double share = .03; share <= 1; share *= 1.13) {
+            double error = errorUnderEvenFog(radius, share, "ladder");
+            EXPECT_LE(error, .02) << radius << " " << share;
+            worst = std::max(worst, error);
+        }
+    RecordProperty("worst", std::to_string(worst));
+}
+
+TEST(FogBlur, GatherIsAGaussian) {
+    for (double share : {.1, .5, 1.}) EXPECT_LE(errorUnderEvenFog(5, share, "gather"), 7e-4) << share;
+}
+
+TEST(FogBlur, WithoutFogNothingChanges) {
+    cv::Mat image = randomImage({70, 40}, 1);
+    for (const char* method : {"ladder", "gather"})
+        for (const char* order : {"separate", "single"}) {
+            std::string parameters =
+                std::string("\"radius\": 9, \"method\": \"") + method + "\", \"order\": \"" + order + "\"";
+            cv::Mat out = blurred(image, constant(image.size(), 1), parameters);
+            EXPECT_EQ(cv::countNonZero(out.reshape(1) != image.reshape(1)), 0) << method << order;
+        }
+}
+
+TEST(FogBlur, ConstantsAreKeptUnderAnyFog) {
+    cv::Mat image(50, 60, CV_32FC4, cv::Scalar(.3, 5, 1000, .5)), fog = randomImage(image.size(), 2) * .5;
+    for (const char* edges : {"keep", "bleed"})
+        for (const char* method : {"ladder", "gather"}) {
+            std::string parameters =
+                std::string("\"radius\": 7, \"method\": \"") + method + "\", \"edges\": \"" + edges + "\"";
+            EXPECT_LE(difference(blurred(image, fog, parameters), image), 1e-5) << edges << method;
+        }
+}
+
+// A near wall without fog in front of a dark, foggy distance.
+TEST(FogBlur, ANearSurfaceDoesNotBleedOverItsSilhouetteWhereEdgesAreKept) {
+    cv::Mat image = constant({80, 40}, .1f), fog = constant({80, 40}, .2f);
+    image.colRange(0, 40).setTo(cv::Scalar::all(1));
+    fog.colRange(0, 40).setTo(cv::Scalar::all(1));
+    for (const char* method : {"ladder", "gather"}) {
+        std::string parameters = std::string("\"radius\": 6, \"method\": \"") + method + "\", \"edges\": ";
+        cv::Mat kept = blurred(image, fog, parameters + "\"keep\""),
+                bled = blurred(image, fog, parameters + "\"bleed\"");
+        EXPECT_LE(difference(kept, image), 2e-6) << method;
+        EXPECT_GT(bled.at<cv::Vec4f>(20, 40)[0], .45) << method << ": half of the wall";
+        EXPECT_NEAR(bled.at<cv::Vec4f>(20, 39)[0], 1, 1e-6) << "the wall itself is not in fog";
+    }
+}
+
+TEST(FogBlur, LadderAndGatherAgreeOnAnUnevenFog) {
+    cv::Mat image = randomImage({90, 60}, 3), fog(image.size(), CV_32FC4);
+    for (int j = 0; j < fog.rows; j++)
+        for (int i = 0; i < fog.cols; i++)
+            fog.at<cv::Vec4f>(j, i) = cv::Vec4f::all(1 - float(i) / 90 * float(j) / 60);
+    for (const char* edges : {"keep", "bleed"}) {
+        std::string parameters = std::string("\"radius\": 8, \"edges\": \"") + edges + "\", \"method\": ";
+        cv::Mat ladder = blurred(image, fog, parameters + "\"ladder\""),
+                gather = blurred(image, fog, parameters + "\"gather\"");
+        EXPECT_LE(difference(ladder, gather), .02) << edges;
+    }
+}
+
+// single: fog over the blurred clear picture, whatever the fog's own light.
+TEST(FogBlur, ASinglePassIsFogOverABlurredClearPicture) {
+    cv::Mat clear = randomImage({60, 44}, 4), through = randomImage(clear.size(), 5) * .5, foggy, expected;
+    cv::multiply(clear, through, foggy);
+    cv::Mat airlight = (constant(clear.size(), 1) - through) * .7;
+    foggy += airlight;
+    cv::Mat single = blurred(foggy, through, R"("radius": 5, "order": "single")", clear);
+    cv::Mat blurredClear = blurred(clear, through, R"("radius": 5, "order": "separate")");
+    cv::multiply(blurredClear, through, expected);
+    expected += airlight;
+    cv::Mat separate = blurred(foggy, through, R"("radius": 5, "order": "separate")");
+    cv::mixChannels({foggy}, {expected}, {3, 3});
+    EXPECT_LE(difference(single, expected), 2e-6);
+    EXPECT_GT(difference(separate, single), .01) << "the two orders are different operators";
+}
+
+TEST(FogBlur, OneBadPixelDoesNotSpread) {
+    cv::Mat image = randomImage({41, 30}, 6), fog = constant(image.size(), 0), bounded = image.clone();
+    image.at<cv::Vec4f>(15, 20)[0] = std::nanf("");
+    bounded.at<cv::Vec4f>(15, 20)[0] = 0;
+    image.at<cv::Vec4f>(3, 7)[1] = HUGE_VALF;
+    bounded.at<cv::Vec4f>(3, 7)[1] = 65504;
+    for (const char* method : {"ladder", "gather"}) {
+        std::string parameters = std::string("\"radius\": 4, \"method\": \"") + method + "\"";
+        cv::Mat a = blurred(image, fog, parameters), b = blurred(bounded, fog, parameters);
+        EXPECT_EQ(cv::norm(a.reshape(1), b.reshape(1), cv::NORM_INF), 0) << method;
+    }
+}
+
+TEST(FogBlur, SameBitsOnAnyNumberOfThreads) {
+    cv::Mat image = randomImage({401, 217}, 7), fog = randomImage(image.size(), 8) * .5, first;
+    int threads = cv::getNumThreads();
+    for (int n : {1, 2, 5}) {
+        cv::setNumThreads(n);
+        cv::Mat out = blurred(image, fog, R"("radius": 12)");
+        if (first.empty()) first = out;
+        EXPECT_EQ(cv::countNonZero(out.reshape(1) != first.reshape(1)), 0) << n;
+    }
+    cv::setNumThreads(threads);
+}
+
+TEST(FogBlur, GlslMatches) {
+    cv::Mat image = randomImage({57, 33}, 9), fog = randomImage(image.size(), 10) * .5;
+    auto gl = makeGlRunner(GlPlatform::Osmesa);
+    for (const char* parameters : {R"("radius": 9)", R"("radius": 3, "edges": "bleed", "order": "single")",
+                                   R"("radius": 2, "method": "gather")"}) {
+        cv::Mat a = blurOn(*gl, image, fog, parameters), b = blurred(image, fog, parameters);
+        EXPECT_LE(difference(a, b), 3e-5) << parameters;
+    }
+}

@@ -1,0 +1,116 @@
+// Theorems and error bounds of gaussian_blur; parity and reference over many frames are driven by the
+// registry.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "effects/blur_theorems.hpp"
+
+using namespace blur_test;
+
+static const char* const methods[] = {"fir", "recursive", "decimated", "box", "pascal", "auto"};
+
+static Blur gaussian(const std::string& method, double radius) { return {"gaussian_blur", method, radius}; }
+
+static Kernel trueGaussian(double sigma, int reach) {
+    Kernel kernel;
+    double sum = 0;
+    for (int d = -reach; d <= reach; d++) sum += kernel.emplace_back(std::exp(-.5 * d * d / (sigma * sigma)));
+    for (double& w : kernel) w /= sum;
+    return kernel;
+}
+static int reachOf(double sigma) { return int(8 * sigma) + 8; }
+
+static int periodOf(const std::string& method, double sigma) {
+    if (method != "decimated" && method != "auto") return 1;
+    return sigma < 3.5 ? 1 : std::min(16, int(sigma / (sigma < 4 ? 1.75 : 2)));
+}
+
+TEST(GaussianBlur, ConstantsAreKeptAtEveryRadius) {
+    for (const char* method : methods)
+        for (double radius : {0., .05, .2, .5, 1., 3.4, 3.6, 8., 30., 100., 1000.})
+            expectConstantsKept(gaussian(method, radius));
+}
+
+TEST(GaussianBlur, RadiusZeroIsTheIdentity) {
+    cv::Mat image = randomImage({31, 17}, 1);
+    for (const char* method : methods)
+        EXPECT_EQ(cv::countNonZero(onCpu(gaussian(method, 0), image).reshape(1) != image.reshape(1)), 0)
+            << method;
+}
+
+TEST(GaussianBlur, ErrorOfFastMethodsIsUnderOneThousandthAtEveryRadius) {
+    for (double radius : {.3, .5,   1., 1.5, 2., 2.5, 3.,  3.49, 3.5, 3.99, 4.,
+                          5., 5.99, 6., 7.3, 8., 11., 16., 27.,  32., 64.,  200.})
+        for (const char* method : {"auto", "fir", "decimated", "recursive"}) {
+            auto error = operatorError(gaussian(method, radius), trueGaussian(radius, reachOf(radius)),
+                                       periodOf(method, radius));
+            EXPECT_LE(error.pair, 1e-3) << method << " " << radius << " one axis " << error.oneAxis;
+            if (std::string(method) == "recursive") {
+                EXPECT_LE(error.pair, 5e-5) << radius;
+            }
+        }
+}
+
+TEST(GaussianBlur, ErrorsOfTextbookMethodsAreAsStated) {
+    for (double radius : {1., 5., 30., 100.}) {
+        auto box = operatorError(gaussian("box", radius), trueGaussian(radius, reachOf(radius)), 1);
+        EXPECT_LE(box.oneAxis, .06) << radius;
+        EXPECT_GE(box.oneAxis, .02) << radius << ": better than three boxes can be";
+    }
+    // Row 4 of Pascal's triangle.
+    cv::Mat impulse(1, 9, CV_32FC4, cv::Scalar::all(0));
+    impulse.at<cv::Vec4f>(0, 4) = {1, 1, 1, 1};
+    cv::Mat row = onCpu(gaussian("pascal", 1), impulse);
+    const float pascal[] = {0, 0, 1, 4, 6, 4, 1, 0, 0};
+    for (int i = 0; i < 9; i++) EXPECT_FLOAT_EQ(row.at<cv::Vec4f>(0, i)[0], pascal[i] / 16);
+}
+
+TEST(GaussianBlur, TransposedAndMirroredImagesGiveTransposedAndMirroredBlurs) {
+    for (const char* method : methods)
+        for (double radius : {.7, 2.5, 6., 20.}) {
+            expectTransposed(gaussian(method, radius), 3e-6);
+            bool isDecimated = periodOf(method, radius) > 1;
+            expectMirrored(gaussian(method, radius), isDecimated ? 1e-3 : 3e-6);
+        }
+}
+
+TEST(GaussianBlur, MeanOfContentAwayFromEdgesIsKept) {
+    for (const char* method : methods)
+        for (double radius : {1., 4., 12.})
+            expectMeanKept(gaussian(method, radius), int(8 * radius) + 4,
+                           periodOf(method, radius) > 1 ? 1e-3 : 2e-5);
+}
+
+TEST(GaussianBlur, AStepBecomesTheIntegralOfTheKernel) {
+    for (const char* method : {"fir", "recursive", "decimated", "auto"})
+        for (double radius : {.5, 2., 5., 17.})
+            expectStep(gaussian(method, radius), trueGaussian(radius, reachOf(radius)), 5.1e-4);
+}
+
+// Not box: there each of three boxes replicates its own edges.
+TEST(GaussianBlur, EdgesReplicateAlsoOfImagesNarrowerThanTheKernel) {
+    for (const char* method : {"fir", "recursive", "decimated", "pascal", "auto"})
+        for (double radius : {.7, 3., 9., 25.}) {
+            // A whole number of small pixels, so that decimation falls on the same places.
+            int period = periodOf(method, radius), reach = (int(9 * radius) + 8 + period) / period * period;
+            expectEdgesReplicate(gaussian(method, radius), reach, 5e-6);
+        }
+}
+
+TEST(GaussianBlur, OneBadPixelCountsAsOneBoundedPixel) {
+    for (const char* method : methods)
+        for (double radius : {.5, 3., 9.}) expectBadPixelsBounded(gaussian(method, radius));
+}
+
+TEST(GaussianBlur, SameBitsOnAnyNumberOfThreads) {
+    for (const char* method : methods)
+        for (double radius : {2., 13.}) expectSameBitsOnAnyThreads(gaussian(method, radius));
+}
+
+TEST(GaussianBlur, GlslMatches) {
+    for (const char* method : methods)
+        for (double radius : {.4, 3., 9., 60.})
+            for (cv::Size size : {cv::Size(53, 31), cv::Size(3, 40)})
+                expectGlMatches(gaussian(method, radius), size);
+}
