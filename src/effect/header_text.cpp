@@ -36,8 +36,26 @@ std::pair<std::string, size_t> splitComment(const std::string& path, const std::
     failUsage(path, ": no comment holds a JSON object { ... }; an ISF file begins with its JSON description");
 }
 
+namespace {
+
+// Reading and copying JSON goes as deep as the stack allows; no description is nested like this.
+constexpr int deepest = 64;
+
+bool isTooDeep(const std::string& comment) {
+    int depth = 0;
+    for (char c : comment) {
+        if (c == '[' || c == '{') depth++;
+        if ((c == ']' || c == '}') && depth > 0) depth--;
+        if (depth > deepest) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
 // The description, as JSON or, in a foreign file, as what it evidently means.
 json parseDescription(const std::string& path, const std::string& fileText, const std::string& comment) {
+    if (isTooDeep(comment)) failUsage(path, ": the description is nested deeper than ", deepest, " brackets");
     try {
         return json::parse(comment, nullptr, true, true);
     } catch (const json::parse_error& error) {
