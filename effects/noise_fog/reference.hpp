@@ -58,8 +58,8 @@ struct ReferenceNoise {
     }
     double byMethod(const cv::Vec3d& q) const { return p.isBaked() ? interpolated(q) : at(q); }
 
-    // The mean over the first `reach` metres, between the lattice planes of the finest octave (where noise
-    // along a line is one polynomial); at most 128 pieces.
+    // The mean over the first `reach` metres: Perlin's between the lattice planes of the finest octave (there
+    // noise along a line is one polynomial), in at most 128 pieces; simplex in 128.
     double meanAlong(const cv::Vec3d& d, double reach) const {
         if (reach <= 0) return at(cells({}));
         std::vector<double> cuts = {0, 1};
@@ -67,7 +67,7 @@ struct ReferenceNoise {
         const double scale = std::pow(2., p.octaves - 1);
         double crossings = 0;
         for (int n = 0; n < 3; n++) crossings += std::abs(b[n] - a[n]) * scale;
-        if (crossings <= 128) {
+        if (crossings <= 128 && p.noise == int(NoiseKind::Perlin)) {
             for (int n = 0; n < 3; n++) {
                 const double from = a[n] * scale, to = b[n] * scale;
                 for (double plane = std::ceil(std::min(from, to)); plane < std::max(from, to); plane++)
