@@ -110,9 +110,10 @@ class CpuRunner final : public Runner {
         context.view = viewFor(*frame_, size);
         context.depth = resampleNearest(frame_->depth, input.size());
         for (const auto& parameter : effect.header.parameters)
-            if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage())
-                context.images[parameter.name] =
-                    resampleLinear(imageNamed(step, step.imageOf(parameter.name)), size);
+            if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage()) {
+                const cv::Mat& image = imageNamed(step, step.imageOf(parameter.name));
+                context.images[parameter.name] = parameter.resample ? resampleLinear(image, size) : image;
+            }
         if (effect.header.writesTransmittance && readsTransmittance && size == frame_->size())
             context.transmittance = images_["transmittance"];
         return bound;

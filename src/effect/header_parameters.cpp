@@ -93,9 +93,9 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
     parameter.name = textOf(object, "NAME", outer);
     if (parameter.name.empty()) outer.fail("NAME is missing");
     Where where = outer.in("'" + parameter.name + "'");
-    where.checkKeys(object,
-                    {"NAME", "TYPE", "LABEL", "UNIT", "HINT", "GROUP", "DEFAULT", "MIN", "MAX", "UI_MIN",
-                     "UI_MAX", "VALUES", "LABELS", "AUTO", "FIELDS", "MAX_ROWS", "SIDECAR", "IDENTITY"});
+    where.checkKeys(object, {"NAME", "TYPE", "LABEL", "UNIT", "HINT", "GROUP", "DEFAULT", "MIN", "MAX",
+                             "UI_MIN", "UI_MAX", "VALUES", "LABELS", "AUTO", "FIELDS", "MAX_ROWS", "SIDECAR",
+                             "IDENTITY", "RESAMPLE"});
     std::string typeName = textOf(object, "TYPE", where);
     if (!where.strict) typeName = isfTypeName(typeName);
     std::vector<std::string> known;
@@ -130,6 +130,7 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
     }
     if (parameter.type == ParameterType::Image) {
         if (where.strict) parameter.defaultValue.text = textOf(object, "DEFAULT", where);
+        parameter.resample = !object.contains("RESAMPLE") || flagOf(object, "RESAMPLE");
         return parameter;
     }
     if (componentCount(parameter.type) == 0) return parameter;

@@ -12,6 +12,7 @@
 #include "frame/exr_file.hpp"
 #include "frame/guided_depth.hpp"
 #include "frame/image_file.hpp"
+#include "frame/light_maps.hpp"
 #include "frame/pairing.hpp"
 #include "frame/sidecar.hpp"
 
@@ -161,6 +162,7 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
     if (!sidecar.path.empty()) frame.files.push_back(sidecar.path);
     frame.time = sidecar.time.value_or(pair.stated.time.value_or(0));
     frame.extras = sidecar.extras ? sidecar.extras : pair.stated.extras;
+    readLightMaps(frame, options.maxPixels);
     std::optional<Camera> camera = sidecar.camera(frame.size());
     if (!camera) camera = pair.stated.camera;
     frame.camera = camera ? *camera : Camera::withHorizontalView(frame.size(), 60);

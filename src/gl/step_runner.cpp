@@ -118,7 +118,7 @@ void StepRunner::bindImages(Bound& bound, GlFrame& frame) {
             auto image = frame.images.find(name);
             if (image == frame.images.end())
                 failUsage(step.id, ": reads the image '", name, "', which this frame does not have");
-            sampler = parameter.name == header.mainImage()
+            sampler = parameter.name == header.mainImage() || !parameter.resample
                           ? image->second
                           : helpers_.resampleLinear(image->second, bound.outputSize);
             if (!header.linear) sampler = helpers_.toIsf(sampler);

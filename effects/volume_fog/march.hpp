@@ -1,0 +1,304 @@
+// The CPU march, step by step; same names and numbered steps as volume_fog.fs. Every loop over a tile is
+// plain, and vectorises.
+#pragma once
+
+#include "volume_fog/tile.hpp"
+
+namespace volume_fog {
+
+// 5. The bounds of step i, and where in it things are sampled.
+BRUME_VECTORISE inline void placeStep(March& m, int i, float u) {
+    Tile& tile = m.tile;
+    if (m.p.method == Jittered) {
+        const uint32_t key = m.c.view.seed ^ (uint32_t(m.c.view.frameIndex) * 0x9e3779b9u);
+        for (int x = 0; x < tileWidth; x++) {
+            const uint32_t hash =
+                brume::latticeHash(uint32_t(tile.column + x), uint32_t(tile.row), uint32_t(i), key);
+            tile.u[x] = float(int32_t(hash >> 8)) * 5.9604645e-8f;
+        }
+    } else {
+        for (int x = 0; x < tileWidth; x++) tile.u[x] = u;
+    }
+    for (int x = 0; x < tileWidth; x++) {
+        tile.t0[x] = tile.begin[x] + tile.stride[x] * float(i);
+        tile.t1[x] = tile.begin[x] + tile.stride[x] * float(i + 1);
+        tile.at[x] = tile.t0[x] + tile.u[x] * (tile.t1[x] - tile.t0[x]);
+        tile.stepDepth[x] = tile.albedoRed[x] = tile.albedoGreen[x] = tile.albedoBlue[x] = 0;
+    }
+}
+
+// 6. Noise, 0..1, `at` m along each ray.
+BRUME_VECTORISE inline void lookUpNoise(const March& m, const float* at, float* noise) {
+    const Tile& tile = m.tile;
+    const float inverseSize = 1.0f / m.p.noise_size;
+    const brume::NoiseLattice lattice = m.lattice;
+    const cv::Vec3f f = m.noiseFraction;
+    for (int x = 0; x < tileWidth; x++) {
+        const float way = at[x] * inverseSize;
+        const float n = brume::simplexNoise(f[0] + tile.dx[x] * way, f[1] + tile.dy[x] * way,
+                                            f[2] + tile.dz[x] * way, lattice);
+        noise[x] = 0.5f + 0.5f * n;
+    }
+}
+
+// 6.1 Knot j lies where step j·every begins.
+inline void lookUpKnot(March& m, int j, float* knot) {
+    Lanes at;
+    const float step = float(j * m.p.noise_every);
+    for (int x = 0; x < tileWidth; x++) at[x] = m.tile.begin[x] + m.tile.stride[x] * step;
+    lookUpNoise(m, at, knot);
+}
+
+// 6.2 The cubic through four knots.
+BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, const float* b, const float* c,
+                                             const float* d) {
+    Tile& tile = m.tile;
+    const int first = i / m.p.noise_every * m.p.noise_every;
+    const float inverseEvery = 1.0f / float(m.p.noise_every);
+    for (int x = 0; x < tileWidth; x++) {
+        const float f = (float(i - first) + tile.u[x]) * inverseEvery;
+        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
+        const float n =
+            (e * (g * h * b[x] - f * h * c[x])) * 0.5f + (f * g * (e * d[x] - h * a[x])) * 0.166666667f;
+        tile.noise[x] = clampUnit(n);
+    }
+}
+
+// 6.3 Noise as this method finds it, as a factor of density.
+BRUME_VECTORISE inline void placeNoise(March& m, int i) {
+    Tile& tile = m.tile;
+    const int every = m.p.noise_every;
+    if (m.p.method == SharedNoise) {
+        if (i % 2) return;
+        lookUpNoise(m, tile.t1, tile.noise);
+    } else if (every > 1 && m.p.method != GaussLegendre && m.p.method != P2) {
+        const int j = i / every;
+        if (i == 0)
+            for (int k = -1; k <= 2; k++) lookUpKnot(m, k, tile.knots[k + 1]);
+        else if (i % every == 0)
+            lookUpKnot(m, j + 2, tile.knots[(j + 3) % 4]);
+        interpolateNoise(m, i, tile.knots[j % 4], tile.knots[(j + 1) % 4], tile.knots[(j + 2) % 4],
+                         tile.knots[(j + 3) % 4]);
+    } else {
+        lookUpNoise(m, tile.at, tile.noise);
+    }
+    const float strength = m.p.noise == Additive ? m.p.noise_strength : -m.p.noise_strength;
+    for (int x = 0; x < tileWidth; x++) tile.noise[x] = 1.0f + strength * tile.noise[x];
+}
+
+// 7. A volume's density and its optical depth within the step: by its overlap with the step, so that a
+// uniform box is exact. Falloffs count u metres beyond their start.
+template <bool edges, bool linear, bool exponential>
+BRUME_INLINE void addVolumeLoop(Tile& tile, const VolumeTile& volume, float* depths) {
+    const float* v = volume.rows;
+    for (int x = 0; x < tileWidth; x++) {
+        const float from = most(volume.enter[x], tile.t0[x]);
+        const float length = most(least(volume.leave[x], tile.t1[x]) - from, 0.0f);
+        const float at = from + tile.u[x] * length;
+        float density = v[3];
+        float uy = 0, ux = 0, uz = 0;
+        if constexpr (linear || exponential) uy = most(tile.dy[x] * at - v[12], 0.0f);
+        if constexpr (edges) {
+            ux = most(std::abs(tile.dx[x] * at - v[16]) - v[17], 0.0f);
+            uz = most(std::abs(tile.dz[x] * at - v[20]) - v[21], 0.0f);
+        }
+        if constexpr (linear) density *= most(1.0f - uy * v[13], 0.0f);
+        if constexpr (linear && edges)
+            density *= most(1.0f - ux * v[18], 0.0f) * most(1.0f - uz * v[22], 0.0f);
+        if constexpr (exponential && edges)
+            density *= brume::expFast(-(uy * v[14] + ux * v[19] + uz * v[23]));
+        else if constexpr (exponential)
+            density *= brume::expFast(-(uy * v[14]));
+        const float depth = length * density * tile.noise[x];
+        tile.stepDepth[x] += depth;
+        depths[x] = depth;
+    }
+}
+
+BRUME_VECTORISE inline void addVolume(Tile& tile, const VolumeTile& volume, bool severalAlbedos) {
+    Lanes depths;
+    const int kind = 4 * volume.hasEdges + 2 * volume.hasLinear + volume.hasExponential;
+    switch (kind) {
+        case 0:
+            addVolumeLoop<false, false, false>(tile, volume, depths);
+            break;
+        case 1:
+            addVolumeLoop<false, false, true>(tile, volume, depths);
+            break;
+        case 2:
+            addVolumeLoop<false, true, false>(tile, volume, depths);
+            break;
+        case 5:
+            addVolumeLoop<true, false, true>(tile, volume, depths);
+            break;
+        case 6:
+            addVolumeLoop<true, true, false>(tile, volume, depths);
+            break;
+        default:
+            addVolumeLoop<true, true, true>(tile, volume, depths);
+            break;
+    }
+    if (!severalAlbedos) return;
+    const float* v = volume.rows;
+    for (int x = 0; x < tileWidth; x++) {
+        tile.albedoRed[x] += depths[x] * v[8];
+        tile.albedoGreen[x] += depths[x] * v[9];
+        tile.albedoBlue[x] += depths[x] * v[10];
+    }
+}
+
+// 8. Light that reaches the step: ambient, sun unless in shadow ...
+BRUME_VECTORISE inline void shadeStep(March& m) {
+    Tile& tile = m.tile;
+    if (!m.hasShadow) {
+        for (int x = 0; x < tileWidth; x++) tile.sun[x] = 1;
+        return;
+    }
+    const float* r = m.shadowRows;
+    const float width = float(m.shadowMap.cols), height = float(m.shadowMap.rows);
+    const int columns = m.shadowMap.cols;
+    for (int x = 0; x < tileWidth; x++) {
+        const float u = (r[3] + tile.shadowU[x] * tile.at[x]) * width;
+        const float v = (r[7] + tile.shadowV[x] * tile.at[x]) * height;
+        const bool isOnMap = (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height);
+        const int32_t i = int32_t(least(most(u, 0.0f), width - 1.0f));
+        const int32_t j = int32_t(least(most(v, 0.0f), height - 1.0f));
+        tile.texel[x] = 4 * (j * columns + i);
+        tile.isOnMap[x] = isOnMap ? 1.0f : 0.0f;
+    }
+    const float* map = m.shadowMap.ptr<float>();
+    for (int x = 0; x < tileWidth; x++) tile.texelDepth[x] = map[tile.texel[x]];
+    const float strength = m.p.shadow_strength;
+    for (int x = 0; x < tileWidth; x++) {
+        const float d = r[11] + tile.shadowD[x] * tile.at[x];
+        const bool isShadowed = (d > tile.texelDepth[x]) & (d <= 1.0f);
+        tile.sun[x] = 1.0f - (isShadowed ? strength * tile.isOnMap[x] : 0.0f);
+    }
+}
+
+BRUME_VECTORISE inline void lightStep(March& m) {
+    Tile& tile = m.tile;
+    for (int x = 0; x < tileWidth; x++) {
+        tile.lightRed[x] = m.ambient[0] + tile.sun[x] * tile.sunRed[x];
+        tile.lightGreen[x] = m.ambient[1] + tile.sun[x] * tile.sunGreen[x];
+        tile.lightBlue[x] = m.ambient[2] + tile.sun[x] * tile.sunBlue[x];
+    }
+}
+
+// 8.1 An angle of 0..π from its sine and cosine times anything positive.
+BRUME_INLINE float angleOf(float sine, float cosine) {
+    const float a = std::abs(cosine);
+    const float small = least(sine, a), large = most(most(sine, a), 1e-30f);
+    // tan²-halving once, then the series: arctan q = 2·arctan(q/(1 + √(1 + q²))), |q| ≤ 1 becomes ≤ √2 - 1
+    const float q = small / large;
+    const float t = q / (1.0f + std::sqrt(1.0f + q * q));
+    const float s = t * t;
+    const float arctan =
+        2.0f * t *
+        (1.0f +
+         s * (-0.333333333f +
+              s * (0.2f + s * (-0.142857143f + s * (0.111111111f + s * (-0.0909090909f +
+                                                                        s * (0.0769230769f - s * 0.05f)))))));
+    const float acute = sine > a ? 1.57079633f - arctan : arctan;
+    return cosine < 0.0f ? 3.14159265f - acute : acute;
+}
+
+// 8.2 ... and each lamp: its mean over the part of the step that is within its range. By midpoint, or
+// (equiangular) with 1/(distance² + core²) integrated exactly as the angle it subtends, the rest taken at the
+// angle's middle.
+template <bool equiangular>
+BRUME_INLINE void meanOfLamp(const Tile& tile, const LampTile& lamp, float* mean, float* beyonds) {
+    const float* l = lamp.rows;
+    for (int x = 0; x < tileWidth; x++) {
+        const float from = most(lamp.enter[x], tile.t0[x]);
+        const float length = most(least(lamp.leave[x], tile.t1[x]) - from, 0.0f);
+        const float a = from - lamp.along[x], b = a + length;  // m past the closest approach
+        const float share = l[7] / most(tile.t1[x] - tile.t0[x], 1e-30f);
+        if constexpr (equiangular) {
+            const float core2 = lamp.apart2[x] + l[11], core = std::sqrt(core2);
+            const float ra = std::sqrt(core2 + a * a), rb = std::sqrt(core2 + b * b);
+            const float beyond = (a * rb + b * ra) / (ra + rb);
+            const float angle = angleOf(core * length, core2 + a * b);
+            const float distance2 = lamp.apart2[x] + beyond * beyond;
+            const float attenuation = l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2;
+            mean[x] = share * (angle / core) * ((core2 + beyond * beyond) / attenuation);
+            beyonds[x] = beyond;
+        } else {
+            const float beyond = a + tile.u[x] * length;
+            const float distance2 = lamp.apart2[x] + beyond * beyond;
+            mean[x] = share * length / (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2);
+            beyonds[x] = beyond;
+        }
+    }
+}
+
+BRUME_VECTORISE inline void addLamp(March& m, const LampTile& lamp) {
+    Tile& tile = m.tile;
+    const float g = std::abs(m.p.anisotropy), side = m.p.anisotropy < 0 ? -1.0f : 1.0f;
+    Lanes mean, beyonds;
+    if (m.p.method == Equiangular)
+        meanOfLamp<true>(tile, lamp, mean, beyonds);
+    else
+        meanOfLamp<false>(tile, lamp, mean, beyonds);
+    if (m.p.phase == Isotropic) {
+        for (int x = 0; x < tileWidth; x++) mean[x] *= 0.25f;
+    } else {
+        for (int x = 0; x < tileWidth; x++) {
+            // The versine of the angle to the lamp, without cancellation looking into it.
+            const float b = beyonds[x] * side;
+            const float distance = most(std::sqrt(lamp.apart2[x] + b * b), 1e-18f);
+            const float versine =
+                b < 0.0f ? lamp.apart2[x] / (distance * (distance - b)) : 1.0f + b / distance;
+            mean[x] *= scatteredShare(m.p.phase, g, versine);
+        }
+    }
+    const float* l = lamp.rows;
+    for (int x = 0; x < tileWidth; x++) {
+        tile.lightRed[x] += mean[x] * l[4];
+        tile.lightGreen[x] += mean[x] * l[5];
+        tile.lightBlue[x] += mean[x] * l[6];
+    }
+}
+
+// Lamps that no ray of the tile is near during step i add nothing.
+inline void addLamps(March& m, int i) {
+    const float first = m.tile.beginFirst, last = m.tile.beginLast + m.tile.strideLast * float(i + 1);
+    for (int k = 0; k < m.lampCount; k++)
+        if (m.lamps[k].first <= last && m.lamps[k].last >= first) addLamp(m, m.lamps[k]);
+}
+
+inline void addVolumes(March& m) {
+    for (int k = 0; k < m.volumeCount; k++)
+        if (m.volumes[k].last > m.volumes[k].first) addVolume(m.tile, m.volumes[k], m.severalAlbedos);
+}
+
+// 9. The albedo of the step's mixture.
+BRUME_VECTORISE inline void tintStep(Tile& tile) {
+    for (int x = 0; x < tileWidth; x++) {
+        const float share = 1.0f / most(tile.stepDepth[x], 1e-30f);
+        tile.lightRed[x] *= tile.albedoRed[x] * share;
+        tile.lightGreen[x] *= tile.albedoGreen[x] * share;
+        tile.lightBlue[x] *= tile.albedoBlue[x] * share;
+    }
+}
+
+// 10. What the step scatters towards the eye: S·T·(1 - e^-Δτ), exact for constant S.
+BRUME_VECTORISE inline void addStep(Tile& tile) {
+    for (int x = 0; x < tileWidth; x++) {
+        const float depth = least(tile.stepDepth[x], tile.stop[x] - tile.depth[x]);
+        const float weight = tile.through[x] * brume::extinctionOf(depth).opacity;
+        tile.red[x] += weight * tile.lightRed[x];
+        tile.green[x] += weight * tile.lightGreen[x];
+        tile.blue[x] += weight * tile.lightBlue[x];
+        tile.through[x] -= weight;
+        tile.depth[x] += depth;
+    }
+}
+
+BRUME_VECTORISE inline bool isSaturated(const Tile& tile) {
+    float open = 0;
+    for (int x = 0; x < tileWidth; x++) open = most(open, tile.stop[x] - tile.depth[x]);
+    return !(open > 0.0f);
+}
+
+}  // namespace volume_fog

@@ -1,0 +1,157 @@
+// The methods of the CPU half: what each does with the steps of march.hpp.
+#pragma once
+
+#include "volume_fog/march.hpp"
+
+namespace volume_fog {
+
+// One sample a step: left, midpoint, jittered, equiangular, shared noise.
+inline void marchSteps(March& m) {
+    const float u = m.p.method == Left ? 0.0f : 0.5f;
+    for (int i = 0; i < m.p.steps; i++) {
+        placeStep(m, i, u);
+        if (m.p.noise != NoNoise) placeNoise(m, i);
+        addVolumes(m);
+        shadeStep(m);
+        lightStep(m);
+        addLamps(m, i);
+        if (m.severalAlbedos) tintStep(m.tile);
+        addStep(m.tile);
+        if (i % 8 == 7 && isSaturated(m.tile)) break;
+    }
+}
+
+// Gauss-Legendre, four nodes a panel: nodes, weights, and the integrals from 0 to node i of the cubic that is
+// 1 at node j and 0 at the others.
+constexpr int nodes = 4;
+constexpr float nodeAt[nodes] = {0.069431844f, 0.330009478f, 0.669990522f, 0.930568156f};
+constexpr float nodeWeight[nodes] = {0.173927423f, 0.326072577f, 0.326072577f, 0.173927423f};
+constexpr float nodeIntegral[nodes][nodes] = {{0.086963711f, -0.026604180f, 0.012627463f, -0.003555150f},
+                                              {0.188118117f, 0.163036289f, -0.027880429f, 0.006735501f},
+                                              {0.167191922f, 0.353953006f, 0.163036289f, -0.014190695f},
+                                              {0.177482572f, 0.313445115f, 0.352676758f, 0.086963711f}};
+
+struct Panel {
+    alignas(64) Lanes depth[nodes], red[nodes], green[nodes], blue[nodes];
+};
+
+BRUME_VECTORISE inline void addPanel(Tile& tile, const Panel& panel) {
+    for (int x = 0; x < tileWidth; x++) {
+        float weight[nodes], depth = 0, total = 0;
+        for (int j = 0; j < nodes; j++) depth += nodeWeight[j] * panel.depth[j][x];
+        for (int i = 0; i < nodes; i++) {
+            float before = 0;
+            for (int j = 0; j < nodes; j++) before += nodeIntegral[i][j] * panel.depth[j][x];
+            weight[i] = nodeWeight[i] * panel.depth[i][x] * brume::expFast(-most(before, 0.0f));
+            total += weight[i];
+        }
+        // Scaled so that a constant S gives S·(1 - e^-Δτ) exactly.
+        depth = least(depth, tile.stop[x] - tile.depth[x]);
+        const float scattered = tile.through[x] * brume::extinctionOf(depth).opacity;
+        const float scale = scattered / most(total, 1e-30f);
+        float red = 0, green = 0, blue = 0;
+        for (int i = 0; i < nodes; i++) {
+            red += weight[i] * panel.red[i][x];
+            green += weight[i] * panel.green[i][x];
+            blue += weight[i] * panel.blue[i][x];
+        }
+        tile.red[x] += scale * red;
+        tile.green[x] += scale * green;
+        tile.blue[x] += scale * blue;
+        tile.through[x] -= scattered;
+        tile.depth[x] += depth;
+    }
+}
+
+inline void marchPanels(March& m, int panels) {
+    Panel panel;
+    for (int i = 0; i < panels; i++) {
+        for (int j = 0; j < nodes; j++) {
+            placeStep(m, i, nodeAt[j]);
+            if (m.p.noise != NoNoise) placeNoise(m, i);
+            addVolumes(m);
+            shadeStep(m);
+            lightStep(m);
+            addLamps(m, i);
+            if (m.severalAlbedos) tintStep(m.tile);
+            std::memcpy(panel.depth[j], m.tile.stepDepth, sizeof(Lanes));
+            std::memcpy(panel.red[j], m.tile.lightRed, sizeof(Lanes));
+            std::memcpy(panel.green[j], m.tile.lightGreen, sizeof(Lanes));
+            std::memcpy(panel.blue[j], m.tile.lightBlue, sizeof(Lanes));
+        }
+        addPanel(m.tile, panel);
+        if (isSaturated(m.tile)) break;
+    }
+}
+
+// The report's own march (P2 §4): steps from the eye to the surface, wherever the fog is; densities and
+// colours summed without transmittance, lights mixed in turn. Its sum passes 1 behind the saturation
+// distance; here it ends at 1.
+constexpr float saturation = 2.99573227f;  // -ln .05: P2's distance to saturation is this over the extinction
+
+BRUME_VECTORISE inline void addVolumeP2(Tile& tile, const VolumeTile& volume) {
+    const float* v = volume.rows;
+    const float perMetre = v[3] * (1.0f / saturation);
+    for (int x = 0; x < tileWidth; x++) {
+        const float at = tile.at[x];
+        const float uy = most(tile.dy[x] * at - v[12], 0.0f);
+        const float ux = most(std::abs(tile.dx[x] * at - v[16]) - v[17], 0.0f);
+        const float uz = most(std::abs(tile.dz[x] * at - v[20]) - v[21], 0.0f);
+        const float linear =
+            most(1.0f - uy * v[13], 0.0f) * most(1.0f - ux * v[18], 0.0f) * most(1.0f - uz * v[22], 0.0f);
+        const float falloff = linear * brume::expFast(-(uy * v[14] + ux * v[19] + uz * v[23]));
+        const bool isInside = (at >= volume.enter[x]) & (at < volume.leave[x]);
+        const float density = isInside ? perMetre * (tile.stride[x] * falloff * tile.noise[x]) : 0.0f;
+        tile.stepDepth[x] += density;
+    }
+}
+
+BRUME_VECTORISE inline void mixLampP2(Tile& tile, const LampTile& lamp) {
+    const float* l = lamp.rows;
+    for (int x = 0; x < tileWidth; x++) {
+        const float beyond = tile.at[x] - lamp.along[x];
+        const float distance2 = lamp.apart2[x] + beyond * beyond;
+        const float share = clampUnit(l[7] / (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2));
+        const float mixed = distance2 < l[3] * l[3] ? share : 0.0f;
+        tile.lightRed[x] += mixed * (l[4] - tile.lightRed[x]);
+        tile.lightGreen[x] += mixed * (l[5] - tile.lightGreen[x]);
+        tile.lightBlue[x] += mixed * (l[6] - tile.lightBlue[x]);
+    }
+}
+
+BRUME_VECTORISE inline void addStepP2(Tile& tile) {
+    for (int x = 0; x < tileWidth; x++) {
+        const float density = least(tile.stepDepth[x], tile.through[x]);
+        tile.red[x] += density * tile.lightRed[x];
+        tile.green[x] += density * tile.lightGreen[x];
+        tile.blue[x] += density * tile.lightBlue[x];
+        tile.through[x] -= density;
+    }
+}
+
+inline void marchP2(March& m) {
+    Tile& tile = m.tile;
+    const float share = 1.0f / float(m.p.steps);
+    const float mixed = clampUnit(m.p.ambient_intensity);
+    for (int x = 0; x < tileWidth; x++) {
+        tile.begin[x] = 0;
+        tile.stride[x] = tile.far[x] * share;
+    }
+    for (int i = 0; i < m.p.steps; i++) {
+        placeStep(m, i, 0.0f);
+        if (m.p.noise != NoNoise) placeNoise(m, i);
+        for (int k = 0; k < m.volumeCount; k++) addVolumeP2(tile, m.volumes[k]);
+        shadeStep(m);
+        for (int x = 0; x < tileWidth; x++) {
+            const float red = m.sunLight[0] * tile.sun[x], green = m.sunLight[1] * tile.sun[x],
+                        blue = m.sunLight[2] * tile.sun[x];
+            tile.lightRed[x] = red + mixed * (m.p.ambient[0] - red);
+            tile.lightGreen[x] = green + mixed * (m.p.ambient[1] - green);
+            tile.lightBlue[x] = blue + mixed * (m.p.ambient[2] - blue);
+        }
+        for (int k = 0; k < m.lampCount; k++) mixLampP2(tile, m.lamps[k]);
+        addStepP2(tile);
+    }
+}
+
+}  // namespace volume_fog

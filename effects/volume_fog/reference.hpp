@@ -1,0 +1,85 @@
+// The reference: the true integral in fp64. A method may be as far from it as it would be without rounding.
+#pragma once
+
+#include <opencv2/core/utility.hpp>
+
+#include "volume_fog/integral.hpp"
+#include "volume_fog/replay.hpp"
+
+namespace volume_fog {
+
+inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const brume::ReferenceContext& c,
+                                            cv::Point at) {
+    const cv::Vec3d r = c.camera.ray(at.x, at.y);
+    const cv::Matx44d& pose = c.camera.worldFromCamera;
+    cv::Vec3d d;
+    for (int k = 0; k < 3; k++)
+        d[k] = (pose(k, 0) * r[0] + pose(k, 1) * r[1] + pose(k, 2) * r[2]) / cv::norm(r);
+    const double distance = c.depth.at<float>(at) * cv::norm(r);
+    const truth::Ray ray{scene, d, std::min(distance, double(scene.p.max_distance))};
+    const cv::Vec4f color = c.input.at<cv::Vec4f>(at);
+
+    const truth::Integral integral = truth::Integrator(ray).over(truth::breaks(ray));
+    const truth::Replayed replayed = truth::Replay(ray, color, at, c.frameIndex, c.seed).run();
+    const double transmittance = integral.depth < 87 ? std::exp(-integral.depth) : 0;
+
+    brume::ReferencePixel pixel;
+    pixel.ambiguous = replayed.ambiguous;
+    double largest = 0, difference = std::abs(transmittance - replayed.transmittance);
+    pixel.color[3] = color[3];
+    for (int k = 0; k < 3; k++) {
+        pixel.color[k] = (transmittance > 0 ? color[k] * transmittance : 0) + integral.scattered[k];
+        pixel.transmittance[k] = transmittance;
+        const double replayedColor =
+            (replayed.transmittance > 0 ? color[k] * replayed.transmittance : 0) + replayed.scattered[k];
+        if (std::isfinite(color[k])) {
+            difference = std::max(difference, std::abs(pixel.color[k] - replayedColor));
+            largest = std::max(largest, std::abs(double(color[k])));
+        }
+        largest = std::max(largest, integral.scattered[k]);
+        pixel.scale = std::max(pixel.scale, std::max(std::abs(double(color[k])), integral.scattered[k]));
+    }
+    // 4 ulp of where a box begins and ends, in a density that no method averages.
+    double rounding = 0;
+    for (const truth::Wall& w : scene.walls) {
+        const auto [enter, leave] = ray.inside(w);
+        if (enter < leave) rounding += 2.4e-7 * w.density * std::min(enter + leave * transmittance, 1e6);
+    }
+    // 4 ulp of a place in the noise, whose slope is at most about 4 a cell.
+    if (scene.p.noise != NoNoise)
+        rounding += 2.4e-7 * 4 * std::min(integral.depth, 1.) * scene.p.noise_strength *
+                    (1 + ray.far / scene.p.noise_size);
+    // 4 ulp of a lamp's place: of its distance² where the ray is near it, of where its range begins and ends.
+    const double opacity = -std::expm1(-integral.depth);
+    double lamps = 0;
+    for (const PointLight& l : scene.p.point_lights) {
+        const auto [enter, leave] = ray.inRange(l);
+        const double middle = ray.along(l),
+                     place2 = cv::norm(cv::Vec3d(l.position) - scene.eye, cv::NORM_L2SQR);
+        const double nearest2 =
+            cv::norm(cv::Vec3d(l.position) - ray.at(std::clamp(middle, 0., ray.far)), cv::NORM_L2SQR);
+        const double core2 = nearest2 + 1e-4 / std::max(double(l.attenuation[2]), 1e-12);
+        const double brightest = std::max({l.color[0], l.color[1], l.color[2]}) * l.intensity *
+                                 truth::share(scene.p, 1) / truth::Ray::attenuation(l, std::sqrt(nearest2));
+        if (nearest2 < double(l.range) * l.range)
+            lamps += brightest * opacity * std::min(1., 5e-7 * place2 / core2);
+        const double half = std::max(.5 * (leave - enter), std::sqrt(2.4e-7 * place2));
+        double density = 0;
+        for (const truth::Wall& w : scene.walls) density += w.density;
+        const double edge = std::max(l.color[0], std::max(l.color[1], l.color[2])) * l.intensity *
+                            truth::share(scene.p, 1) / truth::Ray::attenuation(l, l.range);
+        lamps += edge * std::min(opacity, density * 2.4e-7 * place2 / std::max(half, 1e-6));
+    }
+    pixel.allowance = lamps + 1.01 * difference + integral.doubt + rounding * largest;
+    return pixel;
+}
+
+inline void reference(const Params& p, const brume::ReferenceContext& c, std::span<const cv::Point> pixels,
+                      std::span<brume::ReferencePixel> truth) {
+    const truth::Scene scene(p, c);
+    cv::parallel_for_(cv::Range(0, int(pixels.size())), [&](const cv::Range& range) {
+        for (int k = range.start; k < range.end; k++) truth[k] = referencePixel(scene, c, pixels[k]);
+    });
+}
+
+}  // namespace volume_fog

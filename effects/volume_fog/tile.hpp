@@ -1,0 +1,282 @@
+// What a CPU march begins with. It works on a tile of one row's pixels at a time, structure of arrays, one
+// plain loop a numbered step, so that the compiler fills its vectors with neighbouring pixels. Same names and
+// steps as volume_fog.fs.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "common/noise.hpp"
+#include "common/phase.hpp"
+#include "effect/kit/math.hpp"
+#include "effect/plugin.hpp"
+#include "volume_fog/derive.hpp"
+#include "volume_fog/volume_fog.hpp"
+
+namespace volume_fog {
+
+constexpr int tileWidth = 64;  // px
+constexpr int mostVolumes = 33, mostLamps = 32;
+using Lanes = float[tileWidth];
+
+BRUME_INLINE float least(float a, float b) { return a < b ? a : b; }
+BRUME_INLINE float most(float a, float b) { return a > b ? a : b; }
+BRUME_INLINE float clampUnit(float x) { return least(most(x, 0.0f), 1.0f); }
+
+// A volume's overlap with the view rays, and what is uniform about it.
+struct VolumeTile {
+    alignas(64) Lanes enter, leave;  // m along the ray
+    const float* rows;               // its numbers (derive.hpp)
+    bool hasLinear, hasExponential, hasEdges;
+    float first, last;  // over the tile
+};
+
+// A lamp as the rays pass it.
+struct LampTile {
+    alignas(64) Lanes along, apart2;  // m to its closest approach, and its distance² there
+    Lanes enter, leave;               // m, within range
+    const float* rows;
+    float first, last;
+};
+
+// What a march carries for each pixel.
+struct Tile {
+    alignas(64) Lanes dx, dy, dz, far;  // unit ray, m to the surface
+    Lanes begin, stride;                // m: fogged part of the ray, and its share of a step
+    Lanes depth, through, stop;         // optical depth so far, transmittance so far, depth to stop at
+    Lanes red, green, blue;             // in-scattered so far
+    Lanes sunRed, sunGreen, sunBlue;    // sunlight scattered towards the eye where there is no shadow
+    Lanes shadowU, shadowV, shadowD;    // way through the shadow map per m
+    // of the current step
+    Lanes t0, t1, at, u, noise;  // m, m, m, 0..1, factor
+    Lanes knots[4];              // noise round the step, when it is not looked up at every one
+    Lanes stepDepth, albedoRed, albedoGreen, albedoBlue;
+    Lanes lightRed, lightGreen, lightBlue;
+    Lanes sun;  // share of sunlight that arrives
+    int32_t texel[tileWidth];
+    Lanes isOnMap, texelDepth;
+    int column = 0, row = 0;
+    float beginFirst = 0, beginLast = 0, strideLast = 0;
+};
+
+struct March {
+    const Params& p;
+    const brume::CpuContext& c;
+    brume::NoiseLattice lattice;
+    cv::Vec3f noiseFraction;
+    const float* shadowRows;
+    bool hasShadow;
+    const cv::Mat& shadowMap;
+    cv::Vec3f towardsSun, sunLight, ambient;
+    int volumeCount, lampCount;
+    bool severalAlbedos = false;
+    VolumeTile volumes[mostVolumes];
+    LampTile lamps[mostLamps];
+    Tile tile;
+
+    March(const Params& params, const brume::CpuContext& context);
+};
+
+inline March::March(const Params& params, const brume::CpuContext& context)
+    : p(params), c(context), shadowRows(c.derived("shadow").data()), shadowMap(c.image("shadow_map")) {
+    const auto cell = c.derived("noise_cell"), fraction = c.derived("noise_fraction");
+    lattice = {int32_t(cell[0]), int32_t(cell[1]), int32_t(cell[2]), noisePeriod - 1, uint32_t(p.noise_seed)};
+    const auto sun = c.derived("towards_sun");
+    for (int k = 0; k < 3; k++) {
+        noiseFraction[k] = fraction[k];
+        towardsSun[k] = sun[k];
+        sunLight[k] = p.sun_color[k] * p.sun_intensity;
+        ambient[k] = p.ambient[k] * p.ambient_intensity;
+    }
+    hasShadow = p.shadow_strength > 0 && (shadowRows[0] != 0 || shadowRows[1] != 0 || shadowRows[2] != 0);
+    volumeCount = int(c.derived("volume_count")[0]);
+    for (int k = 0; k < volumeCount; k++) {
+        const float* rows = c.derived("volumes").data() + 4 * volumeRows * k;
+        volumes[k].rows = rows;
+        volumes[k].hasEdges = rows[18] != 0 || rows[19] != 0 || rows[22] != 0 || rows[23] != 0;
+        volumes[k].hasLinear = rows[13] != 0 || rows[18] != 0 || rows[22] != 0;
+        volumes[k].hasExponential = rows[14] != 0 || rows[19] != 0 || rows[23] != 0;
+    }
+    for (int k = 1; k < volumeCount; k++)
+        severalAlbedos |= std::memcmp(volumes[k].rows + 8, volumes[0].rows + 8, 3 * sizeof(float)) != 0;
+    lampCount = int(p.point_lights.size());
+    for (int k = 0; k < lampCount; k++) lamps[k].rows = c.derived("lamps").data() + 4 * lampRows * k;
+}
+
+// 4π·p in units of isotropic scattering would be 1; light is given as a white surface shows it, hence π.
+BRUME_INLINE float scatteredShare(int phase, float g, float versine) {
+    constexpr float pi = 3.14159265f;
+    if (phase == HenyeyGreenstein) return pi * brume::henyeyGreensteinPhase(g, versine);
+    if (phase == Rayleigh) return pi * brume::rayleighPhase(versine);
+    return 0.25f;
+}
+
+// 1. The rays of a tile: unit direction, and how far they go.
+BRUME_VECTORISE inline void castRays(March& m) {
+    Tile& tile = m.tile;
+    const brume::View& view = m.c.view;
+    const float y = view.rayY(tile.row);
+    const cv::Matx33f& r = view.worldFromView;
+    const float* depth = m.c.depth.ptr<float>(tile.row);
+    const int last = view.width - 1;
+    Lanes z;
+    for (int x = 0; x < tileWidth; x++) z[x] = depth[std::min(tile.column + x, last)];
+    for (int x = 0; x < tileWidth; x++) {
+        const float rayX = view.rayX(tile.column + x);
+        const float length = brume::View::rayLength(rayX, y);
+        const float scale = 1.0f / length;
+        const float a = rayX * scale, b = y * scale, c = -scale;
+        tile.dx[x] = r(0, 0) * a + r(0, 1) * b + r(0, 2) * c;
+        tile.dy[x] = r(1, 0) * a + r(1, 1) * b + r(1, 2) * c;
+        tile.dz[x] = r(2, 0) * a + r(2, 1) * b + r(2, 2) * c;
+        tile.far[x] = least(z[x] * length, m.p.max_distance);
+    }
+}
+
+// 2.1 The inverse of a direction's component; a ray parallel to a pair of walls is between them or not.
+BRUME_INLINE float inverseOf(float d) {
+    const float safe = std::abs(d) < 1e-20f ? 1e-20f : d;
+    return 1.0f / safe;
+}
+
+// 2. Where each ray is inside each volume, and the part [begin, end] that all of it lies in.
+BRUME_VECTORISE inline void clipVolumes(March& m, int steps) {
+    Tile& tile = m.tile;
+    Lanes end;
+    for (int x = 0; x < tileWidth; x++) tile.begin[x] = 3e38f, end[x] = 0;
+    for (int k = 0; k < m.volumeCount; k++) {
+        VolumeTile& volume = m.volumes[k];
+        const float* lo = volume.rows;
+        const float* hi = volume.rows + 4;
+        float first = 3e38f, last = 0;
+        for (int x = 0; x < tileWidth; x++) {
+            const float ix = inverseOf(tile.dx[x]), iy = inverseOf(tile.dy[x]), iz = inverseOf(tile.dz[x]);
+            const float x0 = lo[0] * ix, x1 = hi[0] * ix, y0 = lo[1] * iy, y1 = hi[1] * iy, z0 = lo[2] * iz,
+                        z1 = hi[2] * iz;
+            const float enter = most(most(least(x0, x1), least(y0, y1)), most(least(z0, z1), 0.0f));
+            const float leave = least(least(most(x0, x1), most(y0, y1)), least(most(z0, z1), tile.far[x]));
+            const bool isInside = enter < leave;
+            volume.enter[x] = isInside ? enter : 3e38f;
+            volume.leave[x] = isInside ? leave : 0.0f;
+            tile.begin[x] = least(tile.begin[x], volume.enter[x]);
+            end[x] = most(end[x], volume.leave[x]);
+        }
+        for (int x = 0; x < tileWidth; x++) {
+            first = least(first, volume.enter[x]);
+            last = most(last, volume.leave[x]);
+        }
+        volume.first = first;
+        volume.last = last;
+    }
+    const float share = 1.0f / float(steps);
+    tile.beginFirst = 3e38f, tile.beginLast = 0, tile.strideLast = 0;
+    for (int x = 0; x < tileWidth; x++) {
+        tile.begin[x] = tile.begin[x] < end[x] ? tile.begin[x] : 0.0f;
+        tile.stride[x] = (end[x] - tile.begin[x]) * share;
+        tile.stride[x] = most(tile.stride[x], 0.0f);
+    }
+    for (int x = 0; x < tileWidth; x++) {
+        tile.beginFirst = least(tile.beginFirst, tile.begin[x]);
+        tile.beginLast = most(tile.beginLast, tile.begin[x]);
+        tile.strideLast = most(tile.strideLast, tile.stride[x]);
+    }
+}
+
+// 3. How each ray passes each lamp, and the part within its range.
+BRUME_VECTORISE inline void passLamps(March& m) {
+    Tile& tile = m.tile;
+    for (int k = 0; k < m.lampCount; k++) {
+        LampTile& lamp = m.lamps[k];
+        const float* l = lamp.rows;
+        const float range2 = l[3] * l[3];
+        float first = 3e38f, last = 0;
+        for (int x = 0; x < tileWidth; x++) {
+            const float along = l[0] * tile.dx[x] + l[1] * tile.dy[x] + l[2] * tile.dz[x];
+            const float ax = l[0] - along * tile.dx[x], ay = l[1] - along * tile.dy[x],
+                        az = l[2] - along * tile.dz[x];
+            const float apart2 = ax * ax + ay * ay + az * az;
+            const float half = std::sqrt(most(range2 - apart2, 0.0f));
+            lamp.along[x] = along;
+            lamp.apart2[x] = apart2;
+            lamp.enter[x] = along - half;
+            lamp.leave[x] = half > 0.0f ? along + half : -1.0f;
+        }
+        for (int x = 0; x < tileWidth; x++) {
+            first = least(first, lamp.enter[x]);
+            last = most(last, lamp.leave[x]);
+        }
+        lamp.first = first;
+        lamp.last = last;
+    }
+}
+
+// 4. Optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/6589, half an 8-bit sRGB step near
+// black. log2 by the bits, exact at powers of two and at most .0861 too small between, hence the addition.
+BRUME_INLINE float stoppingDepth(float brightest) {
+    int32_t bits;
+    std::memcpy(&bits, &brightest, 4);
+    const float log2 = float(bits) * 1.1920929e-7f - 126.9139f;
+    return most((log2 + 12.68585f) * 0.69314718f, 0.0f);
+}
+
+BRUME_VECTORISE inline void startMarch(March& m) {
+    Tile& tile = m.tile;
+    const float g = std::abs(m.p.anisotropy), side = m.p.anisotropy < 0 ? -1.0f : 1.0f;
+    const cv::Vec3f s = m.towardsSun * side;
+    for (int x = 0; x < tileWidth; x++) {
+        const float versine = brume::versineBetween(tile.dx[x], tile.dy[x], tile.dz[x], s[0], s[1], s[2]);
+        const float share = scatteredShare(m.p.phase, g, versine);
+        tile.sunRed[x] = share * m.sunLight[0];
+        tile.sunGreen[x] = share * m.sunLight[1];
+        tile.sunBlue[x] = share * m.sunLight[2];
+        tile.depth[x] = tile.red[x] = tile.green[x] = tile.blue[x] = 0;
+        tile.through[x] = tile.noise[x] = 1;
+        tile.stop[x] = 3e38f;
+    }
+    if (m.hasShadow) {
+        const float* r = m.shadowRows;
+        for (int x = 0; x < tileWidth; x++) {
+            tile.shadowU[x] = r[0] * tile.dx[x] + r[1] * tile.dy[x] + r[2] * tile.dz[x];
+            tile.shadowV[x] = r[4] * tile.dx[x] + r[5] * tile.dy[x] + r[6] * tile.dz[x];
+            tile.shadowD[x] = r[8] * tile.dx[x] + r[9] * tile.dy[x] + r[10] * tile.dz[x];
+        }
+    }
+    if (!m.p.early_stop) return;
+    Lanes red, green, blue;
+    for (int x = 0; x < tileWidth; x++) {
+        red[x] = m.ambient[0] + tile.sunRed[x];
+        green[x] = m.ambient[1] + tile.sunGreen[x];
+        blue[x] = m.ambient[2] + tile.sunBlue[x];
+    }
+    const float strongest = scatteredShare(m.p.phase, g, 0.0f);
+    for (int k = 0; k < m.lampCount; k++) {
+        const LampTile& lamp = m.lamps[k];
+        if (!(lamp.last > 0)) continue;
+        const float* l = lamp.rows;
+        for (int x = 0; x < tileWidth; x++) {
+            const float apart = std::sqrt(lamp.apart2[x]);
+            const float intensity = l[7] * strongest / (l[8] + l[9] * apart + l[10] * lamp.apart2[x]);
+            const float inRange = lamp.leave[x] > 0.0f ? intensity : 0.0f;
+            red[x] += inRange * l[4];
+            green[x] += inRange * l[5];
+            blue[x] += inRange * l[6];
+        }
+    }
+    const float* input = m.c.input.ptr<float>(tile.row);
+    const int last = m.c.view.width - 1;
+    for (int x = 0; x < tileWidth; x++) {
+        const float* color = input + 4 * std::min(tile.column + x, last);
+        float brightest = most(most(red[x], green[x]), most(blue[x], 1e-30f));
+        int32_t bits, candidate;
+        std::memcpy(&bits, &brightest, 4);
+        for (int k = 0; k < 3; k++) {  // by bits, so that NaN and inf count as large
+            std::memcpy(&candidate, color + k, 4);
+            bits = std::max(bits, candidate & 0x7fffffff);
+        }
+        std::memcpy(&brightest, &bits, 4);
+        tile.stop[x] = stoppingDepth(brightest);
+    }
+}
+
+}  // namespace volume_fog

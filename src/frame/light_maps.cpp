@@ -1,0 +1,26 @@
+#include "frame/light_maps.hpp"
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "frame/read.hpp"
+
+namespace brume {
+
+void readLightMaps(FramePair& frame, size_t maxPixels) {
+    if (!frame.extras || !frame.extras->is_object() || !frame.extras->contains("lights")) return;
+    const std::filesystem::path folder = frame.extras->value("sidecar_folder", std::string());
+    for (const auto& light : frame.extras->at("lights")) {
+        if (!light.is_object() || !light.contains("shadow_map") || !light["shadow_map"].is_string()) continue;
+        const std::string name = light["shadow_map"];
+        if (frame.images.count(name)) continue;
+        cv::Mat depth, map;
+        cv::extractChannel(readImage((folder / name).string(), maxPixels), depth, 0);
+        const cv::Mat opaque(depth.size(), CV_32F, cv::Scalar(1));
+        cv::merge(std::vector<cv::Mat>{depth, depth, depth, opaque}, map);
+        frame.images[name] = map;
+    }
+}
+
+}  // namespace brume
