@@ -67,8 +67,8 @@ void StepRunner::run(const Step& step, GlFrame& frame) {
     auto input = frame.images.find(step.input);
     if (input == frame.images.end())
         failUsage(step.id, ": reads the image '", step.input, "', which this frame does not have");
-    Bound bound{step, header, {},   input->second->size(), {}, frame.timeDelta, {}, {}, {}, {}, {},
-                {},   {},     false};
+    Bound bound{
+        .step = step, .header = header, .inputSize = input->second->size(), .timeDelta = frame.timeDelta};
     if (step.effect->plugin && !header.derived.empty())
         bound.derived = derived_.get(step, step.effect->plugin->makeParams(step.values),
                                      deriveContextFor(*frame.frame, bound.inputSize));
@@ -103,7 +103,7 @@ void StepRunner::bindImages(Bound& bound, GlFrame& frame) {
             TexturePtr copy = pool_.take(bound.transmittance->size(), GL_RGBA32F);
             gl_.CopyImageSubData(bound.transmittance->name(), GL_TEXTURE_2D, 0, 0, 0, 0, copy->name(),
                                  GL_TEXTURE_2D, 0, 0, 0, 0, copy->size().width, copy->size().height, 1);
-            frame.images["transmittance"] = bound.transmittance = copy;
+            bound.transmittance = copy;
         }
     }
     for (const Parameter& parameter : header.parameters) {
@@ -134,6 +134,7 @@ void StepRunner::bindImages(Bound& bound, GlFrame& frame) {
             if (auto kept = persistent_.find(persistentKey(step, pass.target));
                 kept != persistent_.end() && kept->second->size() == targetSize(bound, pass))
                 bound.samplers[pass.target] = kept->second;
+    if (bound.writesTransmittance) frame.images["transmittance"] = bound.transmittance;
 }
 
 void StepRunner::bindTables(Bound& bound) {

@@ -275,6 +275,15 @@ TEST_P(GlRunnerTest, TransmittanceIsMultipliedOnlyWhereItIsRead) {
     const RunResult both = gl->run(chainOf({fog, reader}), probeFrame(), {"transmittance"});
     EXPECT_EQ(both.images.at("color").at<cv::Vec4f>(0, 0)[0], .3f);
     EXPECT_EQ(both.images.at("transmittance").at<cv::Vec4f>(0, 0)[0], .15f);
+
+    // Read from the neighbour, so that reading what is being written would show.
+    Step shifted = stepOf(linearEffect(
+        R"("INPUTS": [{"NAME": "inputImage", "TYPE": "image"}, {"NAME": "seen", "TYPE": "image"}],
+           "WRITES": ["transmittance"])",
+        "void main() { store(fetch(seen, pixel() - ivec2(1, 0))); storeTransmittance(vec3(0.0)); }"));
+    shifted.values["seen"].text = "transmittance";
+    const cv::Mat seen = gl->run(chainOf({fog, shifted}), probeFrame(), {}).images.at("color");
+    for (int i = 1; i < 6; i++) EXPECT_NEAR(seen.at<cv::Vec4f>(2, i)[2], (i - 1) / 7., 1e-7);
 }
 
 TEST_P(GlRunnerTest, ImagesOfAnotherSizeAreResampledAsOnTheCpu) {
