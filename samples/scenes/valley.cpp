@@ -36,7 +36,7 @@ float terrainHeight(float x, float z) {
     height = height * (1 - .82f * lake) - 26 * lake;
     // The shoulder that the camera stands on.
     const float dx = (x - stand[0] + 20) / 190, dz = (z - stand[1] - 20) / 170;
-    height += 46 * std::exp(-dx * dx - dz * dz);
+    height += 24 * std::exp(-dx * dx - dz * dz);
     return height;
 }
 
@@ -63,7 +63,7 @@ void addPlants(Scene& scene, Random& random) {
         if (height < 5 || height > 330 || slope > .75f || grove < random.between(.02f, .22f)) continue;
         // Near the camera's way only to its left, where they frame the lake.
         const float ahead = stand[1] - z, left = stand[0] - x;
-        if (away < 14 || (away < 260 && ahead > -20 && left < .30f * ahead + 4)) continue;
+        if (away < 45 || (away < 260 && ahead > -20 && left < .30f * ahead + 4)) continue;
         const float tall = random.between(6, 15);
         const cv::Vec3f green =
             cv::Vec3f(.038f + .03f * random.unit(), .070f, .024f) * random.between(.75f, 1.25f);
@@ -76,7 +76,19 @@ void addPlants(Scene& scene, Random& random) {
                     away < 250 ? 18 : 7},
                    random);
     }
-    for (int tuft = 0; tuft < 16000; tuft++) {
+    // A few near the beginning of the camera's way, for fog to set one behind another.
+    const cv::Vec3f near[] = {{-10.5f, 25, 9}, {-15.5f, 31, 12}, {-13, 39, 8},   {-22, 44, 14},
+                              {-9, 58, 11},    {-19, 62, 13},    {-13, 78, 12},  {11, 44, 7},
+                              {15, 52, 10},    {-5, 96, 12},     {-12, 104, 14}, {24, 86, 9},
+                              {2, 118, 11},    {-24, 126, 13},   {17, 112, 12},  {31, 71, 11}};
+    for (const cv::Vec3f& place : near) {
+        const float x = stand[0] + place[0], z = stand[1] - place[1];
+        const cv::Vec3f foot(x, terrainHeight(x, z) - .3f, z);
+        if (foot[1] > 1)
+            addConifer(trunks, leaves,
+                       {foot, place[2], place[2] * .16f, place[2] * .07f, {.05f, .08f, .028f}, 26}, random);
+    }
+    for (int tuft = 0; tuft < 30000; tuft++) {
         const float reach = 1.5f + 50 * std::pow(random.unit(), 1.2f), angle = random.between(-1.6f, 1.6f);
         const float x = stand[0] + reach * std::sin(angle), z = stand[1] + 1 - reach * std::cos(angle);
         if (fractalNoise(x / 4, z / 4, 3, 77) < random.between(-.5f, .3f)) continue;
