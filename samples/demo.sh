@@ -47,7 +47,8 @@ for preset in "${presets[@]}"; do
             "$build/lib/libbrume.so" "${effects[@]}" && stale+=("$out/frames/$scene.exr")
     done
     [ ${#stale[@]} -eq 0 ] && continue
-    "$bin/brume" apply "$preset" "${stale[@]}" -o "$out/pictures/{stem}.$name.png" || failed+=("$name")
+    echo "applying $name"
+    "$bin/brume" apply "$preset" "${stale[@]}" -o "$out/pictures/{stem}.$name.png" >/dev/null || failed+=("$name")
 done
 
 items=()
@@ -58,7 +59,8 @@ for scene in "${scenes[@]}"; do
         [ -f "$picture" ] && items+=("$(presetName "$preset")=$picture")
     done
 done
-"$bin/brume_contact_sheet" -o "$out/contact_sheet.jpg" --title "brume: every preset on every scene" \
+isStale "$out/contact_sheet.jpg" "$here/demo.sh" "${items[@]#*=}" 2>/dev/null &&
+    "$bin/brume_contact_sheet" -o "$out/contact_sheet.jpg" --title "brume: every preset on every scene" \
     --columns 5 --width 400 "${items[@]}"
 
 cat <<TEXT

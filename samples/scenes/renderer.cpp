@@ -267,11 +267,11 @@ void Renderer::setScene(unsigned program, const brume::Camera& camera, const cv:
     gl_.ProgramUniform1i(program, gl_.GetUniformLocation(program, "lightCount"), count);
     for (int k = 0; k < count; k++) {
         const PointLight& light = scene_.lights[k];
-        const std::string index = brume::text("[", k, "]");
-        gl_.ProgramUniform4f(program, gl_.GetUniformLocation(program, ("lightPosition" + index).c_str()),
+        const auto element = [&](const char* array) { return brume::text(array, "[", k, "]"); };
+        gl_.ProgramUniform4f(program, gl_.GetUniformLocation(program, element("lightPosition").c_str()),
                              light.position[0], light.position[1], light.position[2], light.range);
-        set(program, ("lightColor" + index).c_str(), light.color);
-        set(program, ("lightAttenuation" + index).c_str(), light.attenuation);
+        set(program, element("lightColor").c_str(), light.color);
+        set(program, element("lightAttenuation").c_str(), light.attenuation);
     }
 }
 

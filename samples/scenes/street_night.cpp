@@ -132,9 +132,12 @@ void addCar(Mesh& body, Mesh& glass, Mesh& lamps, cv::Vec3f place, bool towardsU
                         at(side * h0, y0, z0), albedo);
         }
     };
-    strip(body, lower, .88f, .86f, .30f, paint);
-    strip(glass, cabin, .80f, .62f, .90f, {.02f, .022f, .026f});
-    for (float x : {-.86f, .86f})
+    strip(body, lower, .90f, .87f, .22f, paint);
+    strip(glass, cabin, .80f, .62f, .90f, {.035f, .038f, .045f});
+    addBox(glass, place + cv::Vec3f(0, .13f, 0), {1.5f, .2f, 4.1f}, 0, {.012f, .012f, .012f});
+    for (float z : {-2.17f, 2.19f})
+        addBox(glass, at(0, .30f, z), {1.72f, .16f, .07f}, 0, {.02f, .02f, .022f});
+    for (float x : {-.79f, .79f})
         for (float z : {-1.35f, 1.35f})
             addCylinder(glass, {at(x - .1f, .32f, z), at(x + .1f, .32f, z), .32f, .32f, 20},
                         {.015f, .015f, .015f});

@@ -180,11 +180,13 @@ Surface surface() {
     float chosen = random(cell + ivec2(int(house & 1023u), 0), 103u);
     float on = step(shop ? .45 : .66, chosen) * (surfaceUv.y < 60. ? 1. : 0.);
     float hue = random(cell + ivec2(int(house & 1023u), 9), 104u);
-    vec3 light = hue < .62 ? vec3(1.0, .62, .27) : hue < .86 ? vec3(1., .80, .52) : vec3(.62, .80, 1.);
+    vec3 light = hue < .62 ? vec3(1.0, .62, .27) : hue < .86 ? vec3(1., .80, .52) : vec3(.55, .70, .85);
     vec2 within = (at - low) / (high - low);
     float curtain = .35 + .65 * smoothstep(0., .22, abs(within.x - .5) - .18 * random(cell, 105u));
     float room = mix(.45, 1.25, within.y) * (shop ? 1.25 : mix(1., curtain, step(.4, random(cell, 106u))));
-    float level = (shop ? 1.5 : .55) + 1.3 * random(cell, 107u) * random(cell, 108u);
+    float level = (shop ? .95 : .5) + 1.1 * random(cell, 107u) * random(cell, 108u);
+    vec2 inRoom = within * (shop ? vec2(7., 5.) : vec2(3., 4.)) + 31. * random(cell, 111u);
+    room *= .45 + .95 * fractal(inRoom, 2, pixel * 4., 112u);  // furniture, goods
 
     float grain = fractal(surfaceUv / vec2(.5, .12), 3, pixel / .12, 109u);
     float stain = fractal(surfaceUv / vec2(.8, 5.), 3, pixel / .8, 110u);
