@@ -1,8 +1,4 @@
 // brume apply: frames through a preset.
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -16,6 +12,7 @@
 #include "contact_sheet.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
+#include "folder_lock.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "gl/gl_runner.hpp"
@@ -85,26 +82,6 @@ bool isPersistent(const Chain& chain) {
             if (step.enabled && pass.persistent) return true;
     return false;
 }
-
-// Holds the output folder while a run of many frames writes there; shards of one run share it.
-class FolderLock {
-  public:
-    FolderLock(const std::string& folder, bool isShard) {
-        std::error_code error;
-        fs::create_directories(folder, error);
-        file_ = error ? -1 : open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        if (file_ < 0)
-            failIo("'", folder,
-                   "' cannot be used for output: ", error ? error.message() : std::strerror(errno));
-        if (flock(file_, (isShard ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-            failIo("another brume is writing into '", folder, "'; wait for it, or write elsewhere");
-    }
-    ~FolderLock() { close(file_); }
-    FolderLock(const FolderLock&) = delete;
-
-  private:
-    int file_;
-};
 
 void dumpShaders(const Chain& chain) {
     for (const Step& step : chain.steps)

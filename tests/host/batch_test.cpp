@@ -1,0 +1,259 @@
+// brume apply on many frames: the same whatever the order, nothing lost whatever happens.
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "frame/read.hpp"
+#include "host/program.hpp"
+
+using namespace brume;
+using brume::test::bytesOf;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+namespace {
+
+class Batch : public test::Program {
+  protected:
+    void addFrames(int count, cv::Size size = {40, 24}) {
+        for (int k = 1; k <= count; k++) {
+            char name[32];
+            std::snprintf(name, sizeof name, "in/f.%04d.exr", k);
+            addFrame(name, size, k);
+        }
+    }
+    // Name and bytes of all pictures of a folder.
+    std::map<std::string, std::string> pictures(const std::string& folder) const {
+        std::map<std::string, std::string> all;
+        for (const auto& entry : fs::directory_iterator(path(folder)))
+            if (!entry.path().filename().string().starts_with("contact_sheet"))
+                all[entry.path().filename().string()] = bytesOf(entry.path().string());
+        return all;
+    }
+    nlohmann::json reportAt(const std::string& name) const {
+        return nlohmann::json::parse(bytesOf(path(name)));
+    }
+};
+
+TEST_F(Batch, aSequenceBecomesAFolderWithASummaryAndASheet) {
+    addFrames(10);
+    auto ran = brume("apply depth_fog 'in/f.####.exr' -o out --format png");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("10 made"));
+    EXPECT_EQ(pictures("out").size(), 10u);
+    EXPECT_TRUE(fs::exists(path("out/contact_sheet.png")));
+    cv::Mat sheet = readImage(path("out/contact_sheet.png"));
+    EXPECT_EQ(sheet.size(), cv::Size(8 + 4 * 48, 8 + 2 * 32)) << "four by two, each 40 by 24";
+}
+
+TEST_F(Batch, folderGlobListAndPatternMeanTheSame) {
+    addFrames(3);
+    addText("list.txt", "# frames\nin/f.0001.exr\nin/f.0002.exr\nin/f.0003.exr\n");
+    std::map<std::string, std::string> first;
+    for (std::string input :
+         {"in", "'in/*.exr'", "in/f.%04d.exr", "list.txt", "in/f.0001.exr in/f.0002.exr in/f.0003.exr"}) {
+        fs::remove_all(path("out"));
+        auto ran = brume("apply depth_fog " + input + " -o out");
+        ASSERT_EQ(ran.status, 0) << input << ": " << ran.err;
+        if (first.empty()) first = pictures("out");
+        EXPECT_EQ(pictures("out").size(), 3u);
+    }
+}
+
+TEST_F(Batch, theSameBytesWithAnyNumberOfJobs) {
+    addFrames(9);
+    const std::string apply =
+        "apply depth_fog in --format png --set 'depth_fog.visibility=random(20,90)' "
+        "--set depth_fog.start=0,3 --keep transmittance ";
+    std::map<std::string, std::string> first;
+    for (std::string how : {"--jobs 1", "--jobs 2", "--jobs 7", "--jobs 4 --memory 1M"}) {
+        fs::remove_all(path("out"));  // the record holds no path of the output
+        auto ran = brume(apply + how + " -o out");
+        ASSERT_EQ(ran.status, 0) << ran.err;
+        if (first.empty()) first = pictures("out");
+        EXPECT_EQ(first.size(), 36u);
+        EXPECT_TRUE(pictures("out") == first) << how;
+    }
+}
+
+TEST_F(Batch, drawsStayInRangeDifferAndAreRecorded) {
+    addFrames(12);
+    const std::string apply =
+        "apply depth_fog in -o out --format png --set 'depth_fog.visibility=random(10,1000,log)' "
+        "--set 'depth_fog.color=random((.1,.2,.3),(.2,.2,.9))' --set "
+        "'depth_fog.model=choice(exponential,linear)' "
+        "--report r.json ";
+    ASSERT_EQ(brume(apply).status, 0);
+    auto report = reportAt("r.json");
+    std::set<double> drawn;
+    std::set<std::string> models;
+    for (const auto& frame : report["frames"]) {
+        double visibility = std::stod(frame["settings"]["depth_fog.visibility"].get<std::string>());
+        EXPECT_TRUE(visibility >= 10 && visibility <= 1000);
+        drawn.insert(visibility);
+        models.insert(frame["settings"]["depth_fog.model"].get<std::string>());
+        EXPECT_THAT(frame["settings"]["depth_fog.color"].get<std::string>(), HasSubstr(",0.2,"));
+    }
+    EXPECT_EQ(drawn.size(), 12u);
+    EXPECT_EQ(models.size(), 2u);
+    auto first = pictures("out");
+    fs::remove_all(path("out"));
+    ASSERT_EQ(brume(apply).status, 0);
+    EXPECT_TRUE(pictures("out") == first) << "the same draws again";
+    fs::remove_all(path("out"));
+    ASSERT_EQ(brume(apply + " --seed 2").status, 0);
+    EXPECT_FALSE(pictures("out") == first) << "others with another seed";
+}
+
+TEST_F(Batch, aBadFrameIsNamedAndTheOthersAreMade) {
+    addFrames(6);
+    addText("in/f.0003.exr", bytesOf(path("in/f.0003.exr")).substr(0, 700));
+    addText("list.txt", "in/f.0001.exr\nin/gone.exr\nin/f.0002.exr\n");
+    auto ran = brume("apply depth_fog in -o out --keep-going --report r.json");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("f.0003.exr"));
+    EXPECT_THAT(ran.err, HasSubstr("1 of 6 outputs failed"));
+    EXPECT_EQ(pictures("out").size(), 5u);
+    auto report = reportAt("r.json");
+    EXPECT_EQ(report["summary"]["failed"], 1);
+    EXPECT_EQ(report["frames"][2]["state"], "failed");
+    EXPECT_THAT(report["frames"][2]["error"].get<std::string>(), HasSubstr("f.0003.exr"));
+    ran = brume("apply depth_fog list.txt -o out2 --keep-going");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("gone.exr"));
+    EXPECT_EQ(pictures("out2").size(), 2u);
+    // Without --keep-going the first bad frame ends the run.
+    ran = brume("apply depth_fog in -o out3 --jobs 1");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_EQ(pictures("out3").size(), 2u);
+}
+
+TEST_F(Batch, resumeMakesOnlyWhatIsMissing) {
+    addFrames(5);
+    ASSERT_EQ(brume("apply depth_fog in -o out").status, 0);
+    auto whole = pictures("out");
+    fs::remove(path("out/f.0002.exr"));
+    fs::remove(path("out/f.0005.exr"));
+    auto before = fs::last_write_time(path("out/f.0001.exr"));
+    auto ran = brume("apply depth_fog in -o out --resume --report r.json");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(reportAt("r.json")["summary"]["made"], 2);
+    EXPECT_EQ(reportAt("r.json")["summary"]["up_to_date"], 3);
+    EXPECT_EQ(fs::last_write_time(path("out/f.0001.exr")), before);
+    EXPECT_EQ(pictures("out").size(), whole.size());
+}
+
+TEST_F(Batch, resumeRefusesWhatWasMadeOtherwise) {
+    addFrames(2);
+    ASSERT_EQ(brume("apply depth_fog in -o out").status, 0);
+    auto ran = brume("apply depth_fog in -o out --resume --set depth_fog.visibility=7");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("another preset"));
+    EXPECT_THAT(brume("apply depth_fog in -o out --resume --seed 9").err, HasSubstr("seed"));
+    addFrame("in/f.0001.exr", {40, 24}, 77);
+    ran = brume("apply depth_fog in -o out --resume");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("changed"));
+    addText("out/f.0001.exr", bytesOf(path("in/f.0002.exr")));
+    EXPECT_THAT(brume("apply depth_fog in -o out --resume").err, HasSubstr("does not say how it was made"));
+}
+
+TEST_F(Batch, touchedButUnchangedInputsAreUpToDate) {
+    addFrames(2);
+    ASSERT_EQ(brume("apply depth_fog in -o out").status, 0);
+    fs::last_write_time(path("in/f.0001.exr"), fs::file_time_type::clock::now() + std::chrono::hours(1));
+    auto ran = brume("apply depth_fog in -o out --resume --report r.json");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(reportAt("r.json")["summary"]["up_to_date"], 2);
+}
+
+TEST_F(Batch, killedAtAnyTimeLeavesOnlyWholeFilesAndResumes) {
+    addFrames(40, {320, 240});
+    ASSERT_EQ(brume("apply depth_fog in -o whole --no-sheet").status, 0);
+    auto whole = pictures("whole");
+    for (const char* signal : {"KILL", "TERM"}) {
+        fs::remove_all(path("out"));
+        auto ran = test::run(
+            folder_, std::string("BRUME apply depth_fog in -o out --no-sheet --jobs 2 & pid=$!; "
+                                 "while [ $(ls out 2>/dev/null | wc -l) -lt 5 ]; do sleep .005; done; "
+                                 "kill -") +
+                         signal + " $pid; wait $pid");
+        EXPECT_EQ(ran.status, signal == std::string("KILL") ? 137 : 3) << ran.err;
+        if (ran.status == 3) EXPECT_THAT(ran.err, HasSubstr("--resume continues"));
+        size_t left = 0;
+        for (const auto& [name, bytes] : pictures("out")) {
+            if (name[0] == '.') continue;
+            EXPECT_TRUE(bytes == whole[name]) << name << " after " << signal;
+            left++;
+        }
+        EXPECT_GE(left, 5u);
+        EXPECT_LT(left, 40u);
+        ran = brume("apply depth_fog in -o out --no-sheet --resume");
+        EXPECT_EQ(ran.status, 0) << ran.err;
+        EXPECT_TRUE(pictures("out") == whole) << "and nothing else lies there";
+    }
+}
+
+TEST_F(Batch, shardsTogetherAreTheWholeRun) {
+    addFrames(10);
+    const std::string apply =
+        "apply depth_fog in --format png --set 'depth_fog.visibility=random(20,90)' --no-sheet ";
+    ASSERT_EQ(brume(apply + "-o whole").status, 0);
+    for (std::string shard : {"3/3", "1/3", "2/3"}) {
+        auto ran = brume(apply + "-o parts --shard " + shard + " --report r" + shard.substr(0, 1) + ".json");
+        ASSERT_EQ(ran.status, 0) << ran.err;
+    }
+    EXPECT_TRUE(pictures("parts") == pictures("whole"));
+    std::set<int> indexes;
+    for (const char* name : {"r1.json", "r2.json", "r3.json"}) {
+        auto report = reportAt(name);
+        for (const auto& frame : report["frames"]) indexes.insert(frame["index"].get<int>());
+    }
+    EXPECT_EQ(indexes.size(), 10u);
+}
+
+TEST_F(Batch, twoRunsIntoOneFolderAreRefused) {
+    addFrames(2);
+    fs::create_directory(path("out"));
+    auto ran = test::run(
+        folder_, "flock -x out sleep 3 & sleep .3; BRUME apply depth_fog in -o out; s=$?; kill %1; exit $s");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("another brume is writing into 'out'"));
+}
+
+TEST_F(Batch, outputsThatWouldMeetAreRefusedBeforeAnyWork) {
+    addFrame("a/one.exr");
+    addFrame("b/one.exr");
+    expectError("apply depth_fog a b -o out", 2, "would both be written");
+    expectError("apply depth_fog a b -o one.exr", 2, "one file for 2 frames");
+    expectError("apply depth_fog a b -o a", 2, "is an input");
+    EXPECT_EQ(brume("apply depth_fog a b -o 'out/{index:3}_{stem}.png'").status, 0);
+    EXPECT_EQ(pictures("out").size(), 2u);
+}
+
+TEST_F(Batch, persistentEffectsPassInOrder) {
+    addFrames(4);
+    // Each picture is the mean of this frame and the last picture.
+    addText("trail.fs", R"(/*{"ISFVSN": "2", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}],
+"PASSES": [{"TARGET": "last", "PERSISTENT": true, "FLOAT": true}, {}]}*/
+void main() {
+    if (PASSINDEX == 0) gl_FragColor = mix(IMG_THIS_PIXEL(last), IMG_THIS_PIXEL(inputImage), 0.5);
+    else gl_FragColor = IMG_THIS_PIXEL(last);
+}
+)");
+    std::map<std::string, std::string> first;
+    for (std::string jobs : {"1", "4"}) {
+        fs::remove_all(path("out"));
+        auto ran = brume("apply ./trail.fs in -o out --jobs " + jobs);
+        ASSERT_EQ(ran.status, 0) << ran.err;
+        if (first.empty()) first = pictures("out");
+        EXPECT_TRUE(pictures("out") == first);
+    }
+    ASSERT_EQ(brume("apply ./trail.fs in/f.0004.exr -o alone.exr").status, 0);
+    EXPECT_NE(bytesOf(path("alone.exr")), first["f.0004.exr"]);
+    expectError("apply ./trail.fs in -o out --resume", 2, "from frame to frame");
+}
+
+}  // namespace
