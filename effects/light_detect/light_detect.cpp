@@ -9,6 +9,7 @@
 // would miss small lights and flicker. Limits: β = 0 leaves even the sky's lights; B = inf counts as 65504,
 // NaN as dark. Alpha is averaged.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -37,10 +38,10 @@ std::vector<double> hardFrom(const LightDetect& p, const DeriveContext&) {
 
 // --- CPU
 
-constexpr int tile = 256;  // px: its planes stay in L1
+constexpr int tile = 128;  // px: short enough that most tiles of a night hold no light
 
 struct Planes {
-    float color[4][tile], luminance[tile], weight[tile];
+    float color[3][tile], luminance[tile], weight[tile];
 };
 
 BRUME_INLINE float finite(float x) {
@@ -48,25 +49,38 @@ BRUME_INLINE float finite(float x) {
     return isNan(x) ? 0.0f : bounded;
 }
 
-// 1. Colour planes and luminance; returns whether any pixel may be a light.
-BRUME_INLINE bool measure(const LightDetect& p, const float* in, int count, float from, Planes& t) {
-    for (int n = 0; n < 4; n++)
-        for (int i = 0; i < count; i++) t.color[n][i] = finite(in[4 * i + n]);
-    // No luminance exceeds its brightest channel, so dark stretches need no sRGB curve.
-    float brightest = 0;
-    for (int n = 0; n < 3; n++)
-        for (int i = 0; i < count; i++) brightest = t.color[n][i] > brightest ? t.color[n][i] : brightest;
-    if (p.luminance == encoded601) {
-        if (!(encodeSrgb(brightest) * 1.001f >= from)) return false;
-        for (int i = 0; i < count; i++)
-            t.luminance[i] = encodeSrgb(t.color[0][i]) * 0.299f + encodeSrgb(t.color[1][i]) * 0.587f +
-                             encodeSrgb(t.color[2][i]) * 0.114f;
-    } else {
-        if (!(brightest * 1.001f >= from)) return false;
-        for (int i = 0; i < count; i++)
-            t.luminance[i] = t.color[0][i] * 0.2126f + t.color[1][i] * 0.7152f + t.color[2][i] * 0.0722f;
+typedef int FourPixels __attribute__((vector_size(64), aligned(4), may_alias));
+
+// No luminance exceeds its brightest channel, so dark stretches need no sRGB curve. Floats above 0 compare as
+// whole numbers do, and NaN and inf are the largest of them.
+BRUME_INLINE bool anyReaches(const float* in, int count, float value) {
+    FourPixels largest = {};
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        FourPixels x = *reinterpret_cast<const FourPixels*>(in + 4 * i);
+        largest = x > largest ? x : largest;
     }
-    return true;
+    int most = 0;
+    for (int k = 0; k < 16; k++) most = k % 4 < 3 ? std::max(most, largest[k]) : most;
+    for (; i < count; i++)
+        for (int n = 0; n < 3; n++) most = std::max(most, std::bit_cast<int>(in[4 * i + n]));
+    return most >= std::bit_cast<int>(std::max(value, 0.0f));
+}
+
+// 1. Colour planes and luminance.
+BRUME_INLINE void measure(const LightDetect& p, const float* in, int count, Planes& t) {
+    for (int i = 0; i < count; i++) {
+        t.color[0][i] = finite(in[4 * i]);
+        t.color[1][i] = finite(in[4 * i + 1]);
+        t.color[2][i] = finite(in[4 * i + 2]);
+    }
+    const float *r = t.color[0], *g = t.color[1], *b = t.color[2];
+    if (p.luminance == encoded601)
+        for (int i = 0; i < count; i++)
+            t.luminance[i] =
+                encodeSrgb(r[i]) * 0.299f + encodeSrgb(g[i]) * 0.587f + encodeSrgb(b[i]) * 0.114f;
+    else
+        for (int i = 0; i < count; i++) t.luminance[i] = r[i] * 0.2126f + g[i] * 0.7152f + b[i] * 0.0722f;
 }
 
 // 2, 3. Knee, depth range, attenuation, curve.
@@ -97,11 +111,11 @@ BRUME_INLINE void weigh(const LightDetect& p, const float* from, const float* ra
 
 // The lights of `count` pixels of a row, added to `sum`, interleaved.
 BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const float* rays, const float* in,
-                               const float* depth, int x, int y, int count, float* sum) {
+                               const float* depth, int x, int y, int count, float darkest, float* sum) {
+    for (int i = 0; i < count; i++) sum[4 * i + 3] += finite(in[4 * i + 3]);
+    if (!anyReaches(in, count, darkest)) return;
     Planes t;
-    bool any = measure(p, in, count, from[0], t);
-    for (int i = 0; i < count; i++) sum[4 * i + 3] += t.color[3][i];
-    if (!any) return;
+    measure(p, in, count, t);
     weigh(p, from, rays, depth, x, y, count, t);
     const float saturation = p.saturation, intensity = p.intensity, limit = p.limit > 0 ? p.limit : HUGE_VALF;
     for (int i = 0; i < count; i++) {
@@ -122,6 +136,8 @@ BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const fl
 void run(const LightDetect& p, const CpuContext& c) {
     const int width = c.input.cols, height = c.input.rows;
     cv::Mat out = c.output;
+    const float begin = c.derived("hardFrom")[0];  // of the knee
+    const float darkest = (p.luminance == encoded601 ? decodeSrgb(begin) : begin) * 0.999f;
     cv::parallel_for_(
         cv::Range(0, out.rows),
         [&](const cv::Range& range) {
@@ -133,7 +149,7 @@ void run(const LightDetect& p, const CpuContext& c) {
                     for (int x = 0; x < width; x += tile)
                         addLights(p, c.derived("hardFrom").data(), c.derived("rays").data(),
                                   c.input.ptr<float>(y) + 4 * x, c.depth.ptr<float>(y) + x, x, y,
-                                  std::min(tile, width - x), &columns[4 * x]);
+                                  std::min(tile, width - x), darkest, &columns[4 * x]);
                 float* row = out.ptr<float>(j);
                 for (int i = 0; i < out.cols; i++) {
                     int x0 = int(int64_t(i) * width / out.cols), x1 = int(int64_t(i + 1) * width / out.cols);
