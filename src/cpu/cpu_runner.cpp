@@ -112,7 +112,9 @@ class CpuRunner final : public Runner {
         for (const auto& parameter : effect.header.parameters)
             if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage()) {
                 const cv::Mat& image = imageNamed(step, step.imageOf(parameter.name));
-                context.images[parameter.name] = parameter.resample ? resampleLinear(image, size) : image;
+                bool fits = !parameter.resample || image.size() == size;
+                context.images[parameter.name] =
+                    fits ? image : resampleLinear(image, size, pool_.take(size, CV_32FC4));
             }
         if (effect.header.writesTransmittance && readsTransmittance && size == frame_->size())
             context.transmittance = images_["transmittance"];

@@ -33,8 +33,9 @@ cv::Mat ImagePool::take(cv::Size size, int type) {
         if (isFree && image.size() == size && image.type() == type) return started(image);
         if (isFree && !spare) spare = &image;
     }
-    // Memory of a size no longer asked for goes first.
-    if (spare) images_.erase(images_.begin() + (spare - images_.data()));
+    // A chain may ask for several sizes in turn, every frame; beyond a few, memory of a size no longer asked
+    // for goes.
+    if (spare && images_.size() >= 12) images_.erase(images_.begin() + (spare - images_.data()));
     return started(images_.emplace_back(allocate(size, type)));
 }
 

@@ -182,24 +182,23 @@ std::vector<Tap> linearTaps(int from, int to) {
 
 }  // namespace
 
-cv::Mat resampleLinear(const cv::Mat& image, cv::Size size) {
+cv::Mat resampleLinear(const cv::Mat& image, cv::Size size, cv::Mat into) {
     if (image.size() == size) return image;
     CV_Assert(image.type() == CV_32FC4);
+    typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
     const auto columns = linearTaps(image.cols, size.width), rows = linearTaps(image.rows, size.height);
-    cv::Mat result(size, CV_32FC4);
+    cv::Mat result = into.empty() ? cv::Mat(size, CV_32FC4) : into;
     cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& range) {
+        std::vector<float> between(4 * size_t(image.cols));
         for (int j = range.start; j < range.end; j++) {
-            const auto* above = image.ptr<cv::Vec4f>(rows[j].first);
-            const auto* below = image.ptr<cv::Vec4f>(rows[j].second);
+            const float *above = image.ptr<float>(rows[j].first), *below = image.ptr<float>(rows[j].second);
             const float v = rows[j].share;
-            auto* to = result.ptr<cv::Vec4f>(j);
+            for (size_t k = 0; k < between.size(); k++) between[k] = above[k] * (1 - v) + below[k] * v;
+            auto* to = reinterpret_cast<Pixel*>(result.ptr<float>(j));
+            auto* from = reinterpret_cast<const Pixel*>(between.data());
             for (int i = 0; i < size.width; i++) {
                 const auto [a, b, u] = columns[i];
-                for (int c = 0; c < 4; c++) {
-                    const float top = above[a][c] * (1 - u) + above[b][c] * u;
-                    const float bottom = below[a][c] * (1 - u) + below[b][c] * u;
-                    to[i][c] = top * (1 - v) + bottom * v;
-                }
+                to[i] = from[a] * (1 - u) + from[b] * u;
             }
         }
     });

@@ -79,7 +79,7 @@ cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& deriv
 cv::Mat resampleNearest(const cv::Mat& image, cv::Size size);
 
 /// Bilinear by pixel centres, edges replicated: how a CV_32FC4 image is brought to another size. The place of
-/// a centre is a ratio of whole numbers, so that CPU and GPU agree on it exactly.
-cv::Mat resampleLinear(const cv::Mat& image, cv::Size size);
+/// a centre is a ratio of whole numbers, so that CPU and GPU agree on it exactly. Written to `into` if given.
+cv::Mat resampleLinear(const cv::Mat& image, cv::Size size, cv::Mat into = {});
 
 }  // namespace brume
