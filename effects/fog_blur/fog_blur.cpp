@@ -84,7 +84,8 @@ std::vector<double> joined(const FogBlur& p, const DeriveContext& c, TableOf tab
     return numbers;
 }
 std::vector<double> levelTaps(const FogBlur& p, const DeriveContext& c) {
-    return joined(p, c, [](const Level& l) { return blur::gaussianSmallTaps(l.sigma, 1e-3); });
+    return joined(p, c,
+                  [](const Level& l) { return blur::gaussianSmallTaps(l.sigma, fog_blur::levelTolerance); });
 }
 std::vector<double> prefilters(const FogBlur& p, const DeriveContext& c) {
     return joined(p, c, [](const Level& l) { return blur::prefilterTaps(l.factor); });
@@ -162,15 +163,18 @@ void gather(const FogBlur& p, const fog_blur::Source& source, cv::Mat& out) {
                 for (int x = 0; x < out.cols; x++) {
                     cv::Vec4f self, sum;
                     float sigma = source.sigma.at<float>(y, x), total = 0;
-                    fog_blur::weigh(self.val, source.color.ptr<float>(y) + 4 * x, &sigma, 1.0f, false, 1);
+                    fog_blur::sharpen(self.val, source.color.ptr<float>(y) + 4 * x, 1);
                     if (sigma > 0) {
                         int left = 0, top = 0;
                         foldedGaussian(sigma, x, out.cols, across, left);
                         foldedGaussian(sigma, y, out.rows, down, top);
                         for (size_t j = 0; j < down.size(); j++) {
-                            fog_blur::weigh(row.data(), source.color.ptr<float>(top + int(j)) + 4 * left,
-                                            source.sigma.ptr<float>(top + int(j)) + left, sigma,
-                                            p.edges == keep, int(across.size()));
+                            const int count = int(across.size());
+                            fog_blur::sharpen(row.data(), source.color.ptr<float>(top + int(j)) + 4 * left,
+                                              count);
+                            if (p.edges == keep)
+                                fog_blur::weigh(row.data(), row.data(),
+                                                source.sigma.ptr<float>(top + int(j)) + left, sigma, count);
                             for (size_t i = 0; i < across.size(); i++) {
                                 float w = across[i] * down[j];
                                 for (int n = 0; n < 4; n++) sum[n] += w * row[4 * i + n];

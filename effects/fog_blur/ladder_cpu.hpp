@@ -31,38 +31,43 @@ struct Source {
     cv::Mat color, sigma;
 };
 
-// What a blur of `sigma` takes: finite colour times weight, and the weight.
-BRUME_VECTORISE static void weigh(float* out, const float* color, const float* sigmas, float sigma,
-                                  bool keepEdges, int count) {
-    float inverse = 1.0f / sigma;
+// Finite colour, and a weight of 1.
+BRUME_VECTORISE static void sharpen(float* out, const float* color, int count) {
+    blur::copyFinite(out, color, 4 * count);
+    for (int i = 0; i < count; i++) out[4 * i + 3] = 1.0f;
+}
+
+// What a blur of `sigma` takes of sharp pixels: colour times weight, and the weight.
+BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* sigmas, float sigma,
+                                  int count) {
+    const float inverse = 1.0f / sigma;
     for (int i = 0; i < count; i++) {
-        float weight = !keepEdges || sigmas[i] >= sigma ? 1.0f : sigmas[i] * inverse;
-        for (int n = 0; n < 3; n++) {
-            float x = color[4 * i + n];
-            float bounded = std::fabs(x) > 3.4028235e38f ? std::copysign(65504.0f, x) : x;
-            out[4 * i + n] = (x == x ? bounded : 0.0f) * weight;
-        }
-        out[4 * i + 3] = weight;
+        float weight = std::min(sigmas[i] * inverse, 1.0f);
+        *(One*)(out + 4 * i) = *(const One*)(sharp + 4 * i) * weight;
     }
 }
 
-inline void weighReplicated(float* out, const Source& source, float sigma, bool keepEdges, int y, int first,
-                            int count) {
-    const float *color = source.color.ptr<float>(y), *sigmas = source.sigma.ptr<float>(y);
+// A row's sharp pixels and their standard deviations from column `first` on, beyond the edges replicated.
+inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, int y, int first, int count) {
+    const float *color = source.color.ptr<float>(y), *sigma = source.sigma.ptr<float>(y);
     const int width = source.color.cols;
     int inside0 = std::clamp(first, 0, width), inside1 = std::clamp(first + count, inside0, width);
-    weigh(out + 4 * (inside0 - first), color + 4 * inside0, sigmas + inside0, sigma, keepEdges,
-          inside1 - inside0);
+    sharpen(sharp + 4 * (inside0 - first), color + 4 * inside0, inside1 - inside0);
+    std::copy(sigma + inside0, sigma + inside1, sigmas + (inside0 - first));
     float left[4], right[4];
-    weigh(left, color, sigmas, sigma, keepEdges, 1);
-    weigh(right, color + 4 * (width - 1), sigmas + width - 1, sigma, keepEdges, 1);
-    for (int i = 0; i < std::min(count, -first); i++) std::memcpy(out + 4 * i, left, sizeof left);
-    for (int i = std::max(0, width - first); i < count; i++) std::memcpy(out + 4 * i, right, sizeof right);
+    sharpen(left, color, 1);
+    sharpen(right, color + 4 * (width - 1), 1);
+    for (int i = 0; i < std::min(count, -first); i++)
+        std::memcpy(sharp + 4 * i, left, sizeof left), sigmas[i] = sigma[0];
+    for (int i = std::max(0, width - first); i < count; i++)
+        std::memcpy(sharp + 4 * i, right, sizeof right), sigmas[i] = sigma[width - 1];
 }
 
 inline cv::Mat smallLevel(const Source& source, const LadderLevel& level, bool keepEdges) {
     auto filterRow = [&](int y, int first, int count, std::vector<float>& padded, float*, int, auto filter) {
-        weighReplicated(padded.data(), source, level.sigma, keepEdges, y, first, count);
+        std::vector<float> sigmas(count);
+        sharpReplicated(padded.data(), sigmas.data(), source, y, first, count);
+        if (keepEdges) weigh(padded.data(), padded.data(), sigmas.data(), level.sigma, count);
         filter(padded.data());
     };
     cv::Mat small =
@@ -114,6 +119,34 @@ BRUME_VECTORISE static void interpolate(const Ladder& ladder, const float* const
     }
 }
 
+// The rows round the one being made, `margin` pixels wider than the tile on each side.
+class SharpRows {
+  public:
+    SharpRows(const Source& source, int tile, int margin)
+        : source_(source),
+          margin_(margin),
+          wide_(tile + 2 * margin),
+          colors_(size_t(2 * margin + 1) * 4 * wide_),
+          sigmas_(size_t(2 * margin + 1) * wide_) {}
+    void begin(int y0, int x0, int count) { done_ = std::max(0, y0 - margin_), x0_ = x0, count_ = count; }
+    void advance(int y) {
+        for (; done_ <= std::min(y + margin_, source_.color.rows - 1); done_++)
+            sharpReplicated(slot(colors_, 4, done_), slot(sigmas_, 1, done_), source_, done_, x0_ - margin_,
+                            count_ + 2 * margin_);
+    }
+    // From `before` pixels left of the tile on; before <= margin.
+    const float* color(int y, int before) { return slot(colors_, 4, y) + 4 * (margin_ - before); }
+    const float* sigma(int y, int before) { return slot(sigmas_, 1, y) + (margin_ - before); }
+
+  private:
+    float* slot(std::vector<float>& rows, int channels, int y) {
+        return rows.data() + size_t(y % (2 * margin_ + 1)) * channels * wide_;
+    }
+    const Source& source_;
+    int margin_, wide_, done_ = 0, x0_ = 0, count_ = 0;
+    std::vector<float> colors_, sigmas_;
+};
+
 // One level's rows of a tile: horizontally filtered ones in a ring, the finished row in `row`.
 class TileLevel {
   public:
@@ -121,49 +154,70 @@ class TileLevel {
         : level_(&level),
           tile_(tile),
           reach_(int(level.taps.size()) - 1),
-          row(4 * size_t(tile + 2 * level.factor)) {
+          row_(4 * size_t(tile + 2 * level.factor)) {
         if (level.factor > 1) {
             pairs_ = blur::phasePairs(level.factor, level.up);
         } else {
             ring_.resize(size_t(2 * reach_ + 1) * 4 * tile);
-            padded_.resize(4 * size_t(tile + 2 * reach_));
+            weighed_.resize(4 * size_t(tile + 2 * reach_));
             before_.resize(reach_ + 1), after_.resize(reach_ + 1);
         }
     }
+    int margin() const { return level_->factor > 1 ? 0 : reach_; }
     void begin(int y0, int x0, int count) { done_ = std::max(0, y0 - reach_), x0_ = x0, count_ = count; }
-    // Points at the pixel x0 of row y.
-    const float* make(const Source& source, const cv::Mat& small, bool keepEdges, int y) {
+    // Points at the pixel x0 of row y of a picture `height` px high.
+    const float* make(SharpRows& sharp, const cv::Mat& small, bool keepEdges, int y, int height) {
         if (level_->factor > 1) {
             int from = x0_ / level_->factor * level_->factor;
-            padded_.resize(4 * size_t(small.cols));
+            weighed_.resize(4 * size_t(small.cols));
             blur::enlargeRow(small, level_->factor, level_->up, pairs_.data(), y, from, count_ + x0_ - from,
-                             padded_.data(), row.data());
-            return row.data() + 4 * (x0_ - from);
+                             weighed_.data(), row_.data());
+            return row_.data() + 4 * (x0_ - from);
         }
-        const int last = source.color.rows - 1;
-        for (; done_ <= std::min(y + reach_, last); done_++) {
-            weighReplicated(padded_.data(), source, level_->sigma, keepEdges, done_, x0_ - reach_,
-                            count_ + 2 * reach_);
-            const float* center = padded_.data() + 4 * reach_;
+        for (; done_ <= std::min(y + reach_, height - 1); done_++) {
+            const float* line = sharp.color(done_, reach_);
+            if (keepEdges) {
+                weigh(weighed_.data(), line, sharp.sigma(done_, reach_), level_->sigma, count_ + 2 * reach_);
+                line = weighed_.data();
+            }
+            const float* center = line + 4 * reach_;
             for (int t = 1; t <= reach_; t++) before_[t] = center - 4 * t, after_[t] = center + 4 * t;
-            blur::symmetricSum(slot(done_), center, before_.data(), after_.data(), level_->taps.data(),
-                               reach_, 4 * count_);
+            sum(slot(done_), center);
         }
         for (int t = 1; t <= reach_; t++)
-            before_[t] = slot(std::max(y - t, 0)), after_[t] = slot(std::min(y + t, last));
-        blur::symmetricSum(row.data(), slot(y), before_.data(), after_.data(), level_->taps.data(), reach_,
-                           4 * count_);
-        return row.data();
+            before_[t] = slot(std::max(y - t, 0)), after_[t] = slot(std::min(y + t, height - 1));
+        sum(row_.data(), slot(y));
+        return row_.data();
     }
 
   private:
     float* slot(int y) { return ring_.data() + size_t(y % (2 * reach_ + 1)) * 4 * tile_; }
+    void sum(float* to, const float* center) {
+        blur::symmetricSum(to, center, before_.data(), after_.data(), level_->taps.data(), reach_,
+                           4 * count_);
+    }
 
     const LadderLevel* level_;
     int tile_, reach_, done_ = 0, x0_ = 0, count_ = 0;
-    std::vector<float> row, ring_, padded_, pairs_;
+    std::vector<float> row_, ring_, weighed_, pairs_;
     std::vector<const float*> before_, after_;
 };
+
+// The lowest and the highest node that pixels of these standard deviations are interpolated from; none: high
+// < low.
+struct NodeRange {
+    int low = 1, high = 0;
+};
+inline NodeRange nodesOf(const Ladder& ladder, const cv::Mat& sigmas) {
+    float least = HUGE_VALF, most = 0;
+    for (int y = 0; y < sigmas.rows; y++)
+        for (int x = 0; x < sigmas.cols; x++) {
+            float sigma = sigmas.ptr<float>(y)[x];
+            if (sigma > 0.0f) least = std::min(least, sigma), most = std::max(most, sigma);
+        }
+    if (most == 0) return {};
+    return {placeOf(ladder, least).first, placeOf(ladder, most).first + 3};
+}
 
 /// The blurred picture; its fourth channel means nothing.
 inline void ladderBlur(const Source& source, const Ladder& ladder, cv::Mat& out) {
@@ -175,35 +229,30 @@ inline void ladderBlur(const Source& source, const Ladder& ladder, cv::Mat& out)
     const int tile = 320, bands = std::clamp(height / 48, 1, 4 * cv::getNumThreads());
     cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
         std::vector<TileLevel> levels;
-        for (const LadderLevel& level : ladder.levels) levels.emplace_back(level, tile);
-        std::vector<float> sharp(4 * tile);
+        int margin = 0;
+        for (const LadderLevel& level : ladder.levels) {
+            levels.emplace_back(level, tile);
+            margin = std::max(margin, levels.back().margin());
+        }
+        SharpRows sharp(source, tile, margin);
         std::vector<const float*> nodes(levelCount + 1);
         for (int band = range.start; band < range.end; band++) {
             int y0 = int(int64_t(height) * band / bands), y1 = int(int64_t(height) * (band + 1) / bands);
             for (int x0 = 0; x0 < width; x0 += tile) {
                 int count = std::min(tile, width - x0);
                 // Only the levels that this tile's pixels lie between are made.
-                std::vector<char> needed(levelCount + 4, 0);
-                for (int y = y0; y < y1; y++)
-                    for (int x = x0; x < x0 + count; x++) {
-                        float sigma = source.sigma.ptr<float>(y)[x];
-                        if (sigma > 0.0f) needed[placeOf(ladder, sigma).first] = 1;
-                    }
-                auto isNeeded = [&](int node) {
-                    for (int k = 0; k < 4; k++)
-                        if (node >= k && needed[node - k]) return true;
-                    return false;
-                };
-                for (int l = 0; l < levelCount; l++)
-                    if (isNeeded(l + 1)) levels[l].begin(y0, x0, count);
+                NodeRange needed = nodesOf(ladder, source.sigma(cv::Rect(x0, y0, count, y1 - y0)));
+                int last = std::min(needed.high, levelCount);
+                sharp.begin(y0, x0, count);
+                for (int node = std::max(needed.low, 1); node <= last; node++)
+                    levels[node - 1].begin(y0, x0, count);
                 for (int y = y0; y < y1; y++) {
-                    const float* sigmas = source.sigma.ptr<float>(y) + x0;
-                    weigh(sharp.data(), source.color.ptr<float>(y) + 4 * x0, sigmas, 1.0f, false, count);
-                    nodes[0] = sharp.data();
-                    for (int l = 0; l < levelCount; l++)
-                        if (isNeeded(l + 1))
-                            nodes[l + 1] = levels[l].make(source, small[l], ladder.keepEdges, y);
-                    interpolate(ladder, nodes.data(), sigmas, out.ptr<float>(y) + 4 * x0, count);
+                    sharp.advance(y);
+                    nodes[0] = sharp.color(y, 0);
+                    for (int node = std::max(needed.low, 1); node <= last; node++)
+                        nodes[node] =
+                            levels[node - 1].make(sharp, small[node - 1], ladder.keepEdges, y, height);
+                    interpolate(ladder, nodes.data(), sharp.sigma(y, 0), out.ptr<float>(y) + 4 * x0, count);
                 }
             }
         }

@@ -11,6 +11,8 @@ struct Level {
     int factor = 1, reach = 0, width = 0, height = 0;
 };
 
+constexpr double levelTolerance = 3e-3;  ///< of one level's kernel; interpolating errs by .016
+
 /// Variances double from level to level, the first under .57 px, the last one step beyond the largest wanted,
 /// so that every variance between has two levels on either side. Level 0, the sharp image, is not in the
 /// list.
@@ -21,8 +23,8 @@ inline std::vector<Level> ladderOf(double largest, int width, int height) {
     for (int l = 1; l <= steps + 1; l++) {
         Level level;
         level.sigma = largest * std::exp2(.5 * (l - steps));
-        level.factor = blur::gaussianFactor(level.sigma, 1e-3);
-        level.reach = blur::gaussianSmallReach(level.sigma, 1e-3);
+        level.factor = blur::gaussianFactor(level.sigma, levelTolerance);
+        level.reach = blur::gaussianSmallReach(level.sigma, levelTolerance);
         level.width = (width - 1) / level.factor + 9;
         level.height = (height - 1) / level.factor + 9;
         levels.push_back(level);
