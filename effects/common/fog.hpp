@@ -33,14 +33,21 @@ BRUME_INLINE void extinctionTile(FogTile& t, int channels, int count) {
 template <bool oneChannel, bool varyingAirlight>
 BRUME_INLINE void compositeTile(const FogTile& t, const cv::Vec3f& airlight, const float* in, float* out,
                                 int count) {
+    const float fixed[3] = {airlight[0], airlight[1],
+                            airlight[2]};  // which no store through `out` can change
     for (int i = 0; i < count; i++) {
+        const float scene[4] = {in[4 * i], in[4 * i + 1], in[4 * i + 2], in[4 * i + 3]};
         for (int n = 0; n < 3; n++) {
-            const int channel = oneChannel ? 0 : n;
-            const float light = varyingAirlight ? t.airlight[n][i] : airlight[n];
-            out[4 * i + n] =
-                attenuated(in[4 * i + n], t.transmittance[channel][i]) + light * t.opacity[channel][i];
+            const float T = t.transmittance[oneChannel ? 0 : n][i],
+                        opacity = t.opacity[oneChannel ? 0 : n][i];
+            const float light = varyingAirlight ? t.airlight[n][i] : fixed[n];
+            // where T = 0 not even an infinite scene shows; a mask, since three equal selects would become a
+            // branch
+            const uint32_t shows = 0u - uint32_t(T > 0.0f);
+            const float left = std::bit_cast<float>(std::bit_cast<uint32_t>(scene[n]) & shows);
+            out[4 * i + n] = left * T + light * opacity;
         }
-        out[4 * i + 3] = in[4 * i + 3];
+        out[4 * i + 3] = scene[3];
     }
 }
 

@@ -92,8 +92,11 @@ struct ProfileFunction {
     cv::Vec3d integral(double a, double b) const {
         cv::Vec3d sum = integralOf(knots, a, b);
         for (const auto& l : layers) {
-            const double low = std::exp(std::min(60., l.logDensity - l.k * a)), x = l.k * (b - a);
-            sum += l.tint * (low * (x > 0 ? -std::expm1(-x) / x : 1) * (b - a));
+            // e⁶⁰ up to where the exponential falls below it
+            const double capped = l.k > 0 ? std::clamp((l.logDensity - 60) / l.k, a, b) : a;
+            const double low = std::exp(std::min(60., l.logDensity - l.k * capped)), x = l.k * (b - capped);
+            sum += l.tint *
+                   (std::exp(60.) * (capped - a) + low * (x > 0 ? -std::expm1(-x) / x : 1) * (b - capped));
         }
         return sum;
     }

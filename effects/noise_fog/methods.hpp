@@ -76,7 +76,7 @@ struct Product {
         return std::min(axis[a].density * mean, 1e12f);
     }
     float mean(float dx, float dy, float dz, float L) const {
-        const float way = std::min(L, 1e20f);
+        const float way = std::min(L, 1e30f);
         return axisMean(0, dx * way) * axisMean(1, dy * way) * axisMean(2, dz * way);
     }
 };

@@ -191,7 +191,7 @@ float axisMean(int axis, int profile, float scale, float falloff, float way) {
     return min(scale * mean, 1e12);
 }
 float productMean(vec3 direction, float L) {
-    vec3 way = direction * min(L, 1e20);
+    vec3 way = direction * min(L, endless);
     return axisMean(0, x_profile, x_density, x_falloff, way.x) * axisMean(1, y_profile, y_density, y_falloff, way.y)
          * axisMean(2, z_profile, z_density, z_falloff, way.z);
 }

@@ -219,12 +219,12 @@ struct ReferenceProduct {
     }
     double mean(const cv::Vec3d& d, double L) const {
         double product = 1;
-        for (int a = 0; a < 3; a++) product *= axisMean(a, eye[a], d[a] * std::min(L, 1e20));
+        for (int a = 0; a < 3; a++) product *= axisMean(a, eye[a], d[a] * std::min(L, 1e30));
         return product;
     }
     // How much the product may move under 4 ulp of each axis' direction, place and exponent.
     double uncertainty(const cv::Vec3d& d, double L) const {
-        const double e = 4. * std::numeric_limits<float>::epsilon(), far = std::min(L, 1e20);
+        const double e = 4. * std::numeric_limits<float>::epsilon(), far = std::min(L, 1e30);
         double means[3], changes[3], sum = 0;
         for (int a = 0; a < 3; a++) {
             const double way = d[a] * far;

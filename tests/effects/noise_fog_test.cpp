@@ -90,6 +90,20 @@ TEST(NoiseFog, AlongTheRayOpacityGrowsWithDistance) {
     EXPECT_LT(last, .1);
 }
 
+// P3's product of an exponential in height and constants is exact: layered fog, also at the sky.
+TEST(NoiseFog, ProductOfAnExponentialAndConstantsIsLayeredFog) {
+    FramePair frame = fogFrame();
+    for (int i = 0; i < frame.depth.cols; i++)
+        for (int j : {1, 3, 20}) frame.depth.at<float>(j, i) = HUGE_VALF;
+    const cv::Mat layered =
+        transmittanceOf(frame, R"({"effect": "height_fog", "density": 0.03, "height": 2, "falloff": 0.25})");
+    const cv::Mat product = transmittanceOf(
+        frame,
+        step(R"("where": "as a product", "density": 0.03, "x_profile": "constant", "y_profile": "exponential",
+                       "y_origin": 2, "y_falloff": 0.25, "z_profile": "constant")"));
+    EXPECT_LT(apart(layered, product), 2e-6);
+}
+
 // Noise that drifts for t with the wind is noise seen from a camera moved by -wind·t.
 TEST(NoiseFog, WindMovesTheNoiseAsTheCameraWould) {
     for (std::string where : everywhere) {
