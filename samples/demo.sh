@@ -72,7 +72,7 @@ The demo is in $out:
 
 Try next:
   $bin/brume apply visibility_200 $out/frames/valley.exr -o fogged.png
-  $bin/brume apply depth_fog $out/frames/valley.exr --set depth_fog.visibility=100,300,1000 -o $out/sweep/
+  $bin/brume apply depth_fog $out/frames/valley.exr --set depth_fog.visibility=300,1000,3000 --format png -o $out/sweep/
   $bin/brume_scenes --scene street_night --frames 48 -o $out/walk
   $bin/brume list
 TEXT
