@@ -36,7 +36,8 @@ struct Arguments {
     double framesPerSecond = 24;
     size_t firstIndex = 0;
     int jobs = 0;
-    bool explain = false, dumpShader = false, resume = false, keepGoing = false, noSheet = false;
+    bool withDepth = false, explain = false, dumpShader = false, resume = false, keepGoing = false,
+         noSheet = false;
 };
 
 std::atomic<bool> interrupted = false;
@@ -161,6 +162,7 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
             task.making.framesPerSecond = a.framesPerSecond;
             task.making.seed = a.seed;
             task.making.backend = backend;
+            task.making.withDepth = a.withDepth;
             task.making.settings = drawn(variants[variant].settings, drawName(inputs[frame].color), a.seed);
             bool isAsBefore = !tasks.empty() && tasks.back().making.settings == task.making.settings;
             task.making.preset =
@@ -170,6 +172,9 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
             task.output = names.of(inputs[frame].color, frame, variants[variant], task.making.settings);
             tasks.push_back(std::move(task));
         }
+    for (const Task& task : tasks)
+        if (a.withDepth && fs::path(task.output).extension() != ".exr")
+            failUsage("--with-depth: '", task.output, "' should end in .exr");
     requireDistinct(tasks, inputs);
     std::erase_if(tasks,
                   [part = part, parts = parts](const Task& task) { return task.frame % parts != part - 1; });
@@ -231,6 +236,7 @@ void apply(Arguments a) {
         a.seed = making.seed;
         a.framesPerSecond = making.framesPerSecond;
         a.backend.name = making.backend;
+        a.withDepth = making.withDepth;
         if (isSame) a.firstIndex = making.index;
     } else {
         if (a.preset.empty()) failUsage("apply: give a PRESET (or an effect's name) and at least one FRAME");
@@ -298,6 +304,8 @@ void addApply(CLI::App& program) {
             "Also write this image beside: transmittance, depth, or one that the preset names; with an "
             "ending for another format than EXR: depth.npy, transmittance.png")
         ->allow_extra_args(false);
+    command->add_flag("--with-depth", a->withDepth,
+                      "EXR outputs hold depth and camera besides the picture: frames that apply reads again");
     command->add_option("--format", a->format,
                         "The format of files in the folder OUT: exr, png, jpg, tif, npy");
     a->backend.addTo(*command);

@@ -278,7 +278,15 @@ class Run {
                 token->outcome.files.push_back(path);
             }
             const cv::Mat& color = token->result.images.at("color");
-            writeImage(task.output, color, options);
+            if (task.making.withDepth) {
+                FramePair fogged = token->frame->captured;
+                if (color.size() != fogged.size())
+                    failUsage(task.output, ": --with-depth: the picture's size is not the depth's");
+                fogged.color = color;
+                writeFrame(task.output, fogged, options);
+            } else {
+                writeImage(task.output, color, options);
+            }
             token->outcome.files.push_back(task.output);
             if (token->wantsThumbnail) {
                 double scale = std::min(1., 480. / color.cols);

@@ -54,6 +54,7 @@ json identityOf(const Making& making) {
     made["fps"] = making.framesPerSecond;
     made["seed"] = making.seed;
     made["backend"] = making.backend;
+    made["with_depth"] = making.withDepth;
     made["preset"] = json::parse(*making.preset);
     return made;
 }
@@ -103,6 +104,7 @@ Making makingOf(const json& record, const std::string& path) {
         making.framesPerSecond = record.at("fps").get<double>();
         making.seed = record.at("seed").get<uint32_t>();
         making.backend = record.at("backend").get<std::string>();
+        making.withDepth = record.at("with_depth").get<bool>();
         making.preset = std::make_shared<std::string>(record.at("preset").dump());
         if (record.contains("settings"))
             for (const auto& [key, value] : record["settings"].items())

@@ -23,6 +23,7 @@ struct Making {
     double framesPerSecond = 24;
     uint32_t seed = 0;
     std::string backend;                        ///< "cpu" or "gl"
+    bool withDepth = false;                     ///< an EXR output holds depth and camera, too
     std::shared_ptr<const std::string> preset;  ///< JSON with all settings applied
     Settings settings;                          ///< what --set said and drew, for people and name patterns
 };

@@ -11,7 +11,7 @@ namespace brume {
 
 using TextAttributes = std::map<std::string, std::string>;
 
-/// CV_8UC(1, 3 or 4), as stored.
+/// CV_8UC(1, 3 or 4), as stored; or CV_16UC(1, 3 or 4) numbers, big-endian already.
 void writePng(const std::string& path, const cv::Mat& pixels, const TextAttributes& attributes);
 
 /// CV_32FC(n).

@@ -92,14 +92,15 @@ void writePng(const std::string& path, const cv::Mat& pixels, const TextAttribut
     Bytes header;
     putBigEndian(header, uint32_t(pixels.cols));
     putBigEndian(header, uint32_t(pixels.rows));
-    header.insert(header.end(), {8,
+    const bool words = pixels.depth() == CV_16U;
+    header.insert(header.end(), {static_cast<unsigned char>(words ? 16 : 8),
                                  static_cast<unsigned char>(channels == 1   ? 0
                                                             : channels == 3 ? 2
                                                                             : 6),
                                  0, 0, 0});
     putChunk(file, "IHDR", header.data(), header.size());
     const unsigned char perceptual = 0;
-    putChunk(file, "sRGB", &perceptual, 1);
+    if (!words) putChunk(file, "sRGB", &perceptual, 1);
     for (const auto& [name, value] : attributes) {
         Bytes textChunk(name.begin(), name.begin() + std::min<size_t>(name.size(), 79));
         // iTXt: UTF-8, not compressed, no language

@@ -1,7 +1,9 @@
 #include "frame/write.hpp"
 
 #include <bit>
+#include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <opencv2/core/utility.hpp>
 
 #include "error.hpp"
@@ -50,6 +52,34 @@ ExrContent colorContent(const cv::Mat& rgba, const WriteOptions& options) {
     content.halfColor = options.halfColor && !options.isData;
     content.attributes = options.attributes;
     return content;
+}
+
+/// Numbers from 0 on as 16 bits, in PNG's byte order. The smallest scale is 1/65535: transmittance fills the
+/// range. One channel is depth: 0 means unknown, the largest word sky.
+cv::Mat toWords(const cv::Mat& numbers, double& scale) {
+    const bool isDepth = numbers.channels() == 1;
+    const int largestWord = isDepth ? 65534 : 65535;
+    const int width = numbers.cols * numbers.channels();
+    float largest = 1;
+    for (int j = 0; j < numbers.rows; ++j)
+        for (int k = 0; k < width; ++k) {
+            const float x = numbers.ptr<float>(j)[k];
+            if (std::isfinite(x) && x > largest) largest = x;
+        }
+    scale = double(largest) / largestWord;
+    cv::Mat words(numbers.size(), CV_16UC(numbers.channels()));
+    for (int j = 0; j < numbers.rows; ++j) {
+        const float* in = numbers.ptr<float>(j);
+        uint16_t* out = words.ptr<uint16_t>(j);
+        for (int k = 0; k < width; ++k) {
+            int word = std::isnan(in[k]) || in[k] <= 0 ? 0 : 65535;
+            if (std::isfinite(in[k]) && in[k] > 0)
+                word = std::max(isDepth ? 1 : 0, int(std::lround(double(in[k]) / scale)));
+            out[k] =
+                std::endian::native == std::endian::little ? uint16_t(word << 8 | word >> 8) : uint16_t(word);
+        }
+    }
+    return words;
 }
 
 void requireImage(const cv::Mat& image) {
@@ -109,8 +139,8 @@ void writeImage(const std::string& path, const cv::Mat& image, const WriteOption
     requireImage(image);
     const std::string ending = endingOf(path);
     const bool color = image.channels() == 4;
-    if (options.isData && (ending == ".png" || ending == ".jpg"))
-        failUsage(path, ": numbers need .exr, .tif or .npy; ", ending, " holds 8-bit pictures");
+    if (options.isData && ending == ".jpg")
+        failUsage(path, ": numbers need .exr, .tif, .npy or .png; .jpg holds 8-bit pictures");
     writeWhole(path, [&](const std::string& file) {
         if (ending == ".exr") {
             ExrContent content = color ? colorContent(image, options) : ExrContent();
@@ -125,6 +155,12 @@ void writeImage(const std::string& path, const cv::Mat& image, const WriteOption
         } else if (ending == ".tif") {
             writeThroughOpenImageIo(file, color && isOpaque(image) ? withoutAlpha(image) : image, false,
                                     options.attributes);
+        } else if (options.isData) {
+            double scale = 0;
+            const cv::Mat words = toWords(color && isOpaque(image) ? withoutAlpha(image) : image, scale);
+            TextAttributes attributes = options.attributes;
+            attributes["brume:scale"] = text(std::setprecision(17), scale);
+            writePng(file, words, attributes);
         } else {
             const bool alpha = color && ending == ".png" && !isOpaque(image);
             const cv::Mat bytes = toSrgb8(image, alpha, options.frameIndex, options.seed);

@@ -12,8 +12,9 @@ namespace brume {
 struct WriteOptions {
     int frameIndex = 0;  ///< with seed, decides the dither of 8-bit output
     uint32_t seed = 0;
-    bool isData =
-        false;  ///< numbers, not a picture: stored as float without curve or dither (.exr, .tif, .npy)
+    bool isData = false;  ///< numbers, not a picture: stored as float without curve or dither (.exr, .tif,
+                          ///< .npy), or as 16 bits (.png): number = stored·scale, the attribute "brume:scale"
+                          ///< says the scale; one channel keeps 0 for NaN and 65535 for +inf
     bool halfColor =
         true;  ///< EXR colour as half (finite values beyond ±65504 are clipped there), else float
     std::map<std::string, std::string> attributes;  ///< text metadata, where the format can hold it

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "error.hpp"
+#include "frame/color_encoding.hpp"
 
 namespace brume {
 namespace {
@@ -82,10 +83,7 @@ Comparison compareTyped(const cv::Mat& a, const cv::Mat& b, double abs, double r
     return result;
 }
 
-double encodedSrgb(double x) {
-    double clipped = x < 0 ? 0 : x > 1 ? 1 : x;  // NaN stays NaN
-    return clipped <= .0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1 / 2.4) - .055;
-}
+double encodedSrgb(double x) { return srgbEncode(x < 0 ? 0 : x > 1 ? 1 : x); }  // NaN stays NaN
 
 }  // namespace
 

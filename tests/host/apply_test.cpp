@@ -117,6 +117,38 @@ TEST_F(Apply, keepWritesTransmittanceAndDepthBeside) {
     }
 }
 
+TEST_F(Apply, keptNumbersAsSixteenBitsSayTheirScale) {
+    addFrame("street.exr");
+    ASSERT_EQ(brume("apply depth_fog street.exr -o fog.png --keep transmittance.png --keep depth.png").status,
+              0);
+    ASSERT_EQ(brume("apply depth_fog street.exr -o exact.png --keep transmittance --keep depth").status, 0);
+    for (std::string image : {"transmittance", "depth"}) {
+        std::string name = path("fog." + image + ".png");
+        double scale = std::stod(readAttributes(name)["brume:scale"]);
+        cv::Mat stored = readImage(name), exact = readImage(path("exact." + image + ".exr"));
+        for (int j = 0; j < stored.rows; j++)
+            for (int i = 0; i < stored.cols; i++) {
+                double word = stored.ptr<float>(j)[i * stored.channels()] * 65535;
+                float number = exact.ptr<float>(j)[i * exact.channels()];
+                if (std::isinf(number))
+                    ASSERT_NEAR(word, 65535, .01);
+                else
+                    ASSERT_NEAR(word * scale, number, scale * .51) << image << " " << i << ", " << j;
+            }
+    }
+}
+
+TEST_F(Apply, withDepthMakesAFrameAgain) {
+    addFrame("street.exr");
+    ASSERT_EQ(brume("apply depth_fog street.exr -o fog.exr --with-depth").status, 0);
+    FramePair before = readFrame(path("street.exr")), after = readFrame(path("fog.exr"));
+    EXPECT_TRUE(compareImages(before.depth, after.depth, 0, 0).passed);
+    EXPECT_EQ(before.camera.fx, after.camera.fx);
+    EXPECT_FALSE(compareImages(before.color, after.color, 0, 0).passed);
+    EXPECT_EQ(brume("apply depth_fog fog.exr -o twice.png").status, 0);
+    expectError("apply depth_fog street.exr -o o.png --with-depth", 2, ".exr");
+}
+
 TEST_F(Apply, explainSaysWhatWasUnderstood) {
     addFrame("street.exr");
     auto ran = brume("apply depth_fog street.exr -o fog.png --explain");

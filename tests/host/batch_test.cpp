@@ -212,6 +212,15 @@ TEST_F(Batch, shardsTogetherAreTheWholeRun) {
         for (const auto& frame : report["frames"]) indexes.insert(frame["index"].get<int>());
     }
     EXPECT_EQ(indexes.size(), 10u);
+    auto merged =
+        test::run(folder_, "'" BRUME_SOURCE_DIR "/samples/cluster/merge_reports.py' r3.json r1.json r2.json");
+    ASSERT_EQ(merged.status, 0) << merged.err;
+    auto whole = nlohmann::json::parse(merged.out);
+    EXPECT_EQ(whole["summary"]["made"], 10);
+    for (size_t k = 0; k < 10; k++) EXPECT_EQ(whole["frames"][k]["index"], k);
+    EXPECT_EQ(
+        test::run(folder_, "'" BRUME_SOURCE_DIR "/samples/cluster/merge_reports.py' r1.json r1.json").status,
+        1);
 }
 
 TEST_F(Batch, twoRunsIntoOneFolderAreRefused) {
