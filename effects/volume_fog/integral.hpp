@@ -131,7 +131,8 @@ class Integrator {
             size = std::max(size, std::abs(sum_.scattered[k]));
         }
         change *= through;
-        const bool isDone = change <= 1e-11 * size;
+        // All light of a very dense piece comes from its first millimetres, which the nodes would miss.
+        const bool isDone = change <= 1e-11 * size && whole.depth * through < 4;
         if (isDone || generation > 40 || budget_ < 0 || !(middle > a) || !(b > middle)) {
             sum_.scattered += both * through;
             sum_.depth += left.depth + right.depth;

@@ -25,20 +25,24 @@ inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const bru
 
     brume::ReferencePixel pixel;
     pixel.ambiguous = replayed.ambiguous;
+    const double least = std::exp(-87.);  // less transmittance counts as none in fp32
     double largest = 0, difference = std::abs(transmittance - replayed.transmittance);
     pixel.color[3] = color[3];
     for (int k = 0; k < 3; k++) {
         pixel.color[k] = (transmittance > 0 ? color[k] * transmittance : 0) + integral.scattered[k];
         pixel.transmittance[k] = transmittance;
         const double replayedColor =
-            (replayed.transmittance > 0 ? color[k] * replayed.transmittance : 0) + replayed.scattered[k];
-        if (std::isfinite(color[k])) {
+            (replayed.transmittance > least ? color[k] * replayed.transmittance : 0) + replayed.scattered[k];
+        if (std::isfinite(pixel.color[k]) && std::isfinite(replayedColor))
             difference = std::max(difference, std::abs(pixel.color[k] - replayedColor));
-            largest = std::max(largest, std::abs(double(color[k])));
-        }
+        if (std::isfinite(color[k])) largest = std::max(largest, std::abs(double(color[k])));
         largest = std::max(largest, integral.scattered[k]);
         pixel.scale = std::max(pixel.scale, std::max(std::abs(double(color[k])), integral.scattered[k]));
     }
+    // Whether anything at all is left decides whether a NaN or infinite colour shows.
+    for (int k = 0; k < 3; k++)
+        if (!std::isfinite(color[k]) && (transmittance > least) != (replayed.transmittance > 1.001 * least))
+            pixel.ambiguous = true;
     // 4 ulp of where a box begins and ends, in a density that no method averages.
     double rounding = 0;
     for (const truth::Wall& w : scene.walls) {
