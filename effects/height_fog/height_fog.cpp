@@ -303,7 +303,10 @@ Plan plan(const HeightFog& p, const PlanInput& in) {
     Plan plan;
     plan.chosen["method"] = closedForm;
     plan.why = "the closed form is exact and cheaper than any table or march";
-    plan.predictedCost = p.profile == table ? 4 : 1.6;
+    plan.predictedCost = p.profile == table  ? 4
+                         : p.profile == ramp ? 2.4
+                         : p.density2 > 0    ? 3
+                                             : 1.8;  // measured
     double airlight = 0;
     for (int n = 0; n < 3; n++) airlight = std::max(airlight, double(p.color[n]));
     plan.maxOutput = std::max(in.maxInput, airlight);

@@ -59,9 +59,10 @@ Constants constantsOf(const NoiseFog& p, const CpuContext& c) {
     return k;
 }
 
-// A tile of one row: ways, directions, the noise's coordinates, the noise.
+// A tile of one row: ways, rays in the world (of planar length 1), the noise's coordinates, the noise.
 struct Tile : FogTile {
-    float L[fogTileSize], d[3][fogTileSize];
+    float L[fogTileSize], length[fogTileSize], ray[3][fogTileSize];
+    float reach[fogTileSize];  // how much of the planar depth the noise looks at
     float p[3][fogTileSize], noise[fogTileSize], sum[fogTileSize];
     float relative[fogTileSize];
 };
@@ -71,12 +72,11 @@ BRUME_INLINE void raysTile(const View& v, const float* depth, int i0, float y, i
     const float originX = v.originX, inverseFx = v.inverseFx;
     for (int i = 0; i < count; i++) {
         const float x = (float(i0 + i) + originX) * inverseFx;
-        const float length = View::rayLength(x, y), unit = 1.0f / length;
-        const float ux = x * unit, uy = y * unit;
-        t.L[i] = depth[i] * length;
-        t.d[0][i] = r(0, 0) * ux + r(0, 1) * uy - r(0, 2) * unit;
-        t.d[1][i] = r(1, 0) * ux + r(1, 1) * uy - r(1, 2) * unit;
-        t.d[2][i] = r(2, 0) * ux + r(2, 1) * uy - r(2, 2) * unit;
+        t.length[i] = View::rayLength(x, y);
+        t.L[i] = depth[i] * t.length[i];
+        t.ray[0][i] = (r(0, 0) * x + r(0, 1) * y) - r(0, 2);
+        t.ray[1][i] = (r(1, 0) * x + r(1, 1) * y) - r(1, 2);
+        t.ray[2][i] = (r(2, 0) * x + r(2, 1) * y) - r(2, 2);
     }
 }
 
@@ -115,35 +115,39 @@ BRUME_INLINE void noiseTile(const NoiseFog& p, const Constants& k, int count, Ti
     }
 }
 
-// Coordinates at `part` of the way, of which no more than `reach` metres count.
-BRUME_INLINE void cellsTile(const Constants& k, float reach, float part, int count, Tile& t) {
+// Coordinates at `part` of the reach.
+BRUME_INLINE void cellsTile(const Constants& k, float part, int count, Tile& t) {
     const float inverseSize = k.inverseSize, vertical = k.isGround ? 0.0f : 1.0f;
     const float f0 = k.fraction[0], f1 = k.fraction[1], f2 = k.fraction[2];
     for (int i = 0; i < count; i++) {
-        const float L = t.L[i] < reach ? t.L[i] : reach;
-        const float cells = (L * part) * inverseSize;
-        t.p[0][i] = f0 + t.d[0][i] * cells;
-        t.p[1][i] = f1 + t.d[1][i] * cells * vertical;
-        t.p[2][i] = f2 + t.d[2][i] * cells;
+        const float cells = (t.reach[i] * part) * inverseSize;
+        t.p[0][i] = f0 + t.ray[0][i] * cells;
+        t.p[1][i] = f1 + t.ray[1][i] * cells * vertical;
+        t.p[2][i] = f2 + t.ray[2][i] * cells;
     }
 }
 
 // 2. The noise of each pixel: at its surface, or its mean along the ray.
-BRUME_INLINE void pixelNoiseTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+BRUME_INLINE void pixelNoiseTile(const NoiseFog& p, const Constants& k, const float* depth, int count,
+                                 Tile& t) {
     if (p.where == atTheSurface) {
         const float far = farCells / k.inverseSize * 1.0001f, inverseSize = k.inverseSize;
-        cellsTile(k, far, 1.0f, count, t);
+        for (int i = 0; i < count; i++) t.reach[i] = depth[i] < far ? depth[i] : far;
+        cellsTile(k, 1.0f, count, t);
         noiseTile(p, k, count, t);
         for (int i = 0; i < count; i++) t.noise[i] = t.L[i] * inverseSize > farCells ? 0.5f : t.noise[i];
         return;
     }
-    for (int i = 0; i < count; i++) t.sum[i] = 0;
+    const float range = p.range, steps = float(p.steps);
+    for (int i = 0; i < count; i++) {
+        t.sum[i] = 0;
+        t.reach[i] = (t.L[i] < range ? t.L[i] : range) / t.length[i];
+    }
     for (int step = 0; step < p.steps; step++) {
-        cellsTile(k, p.range, (float(step) + 0.5f) / float(p.steps), count, t);
+        cellsTile(k, (float(step) + 0.5f) / steps, count, t);
         noiseTile(p, k, count, t);
         for (int i = 0; i < count; i++) t.sum[i] += t.noise[i];
     }
-    const float range = p.range, steps = float(p.steps);
     for (int i = 0; i < count; i++) {
         const float share = t.L[i] > range ? range / t.L[i] : 1.0f;
         t.noise[i] = 0.5f + share * (t.sum[i] / steps - 0.5f);
@@ -152,10 +156,10 @@ BRUME_INLINE void pixelNoiseTile(const NoiseFog& p, const Constants& k, int coun
 
 // 3. Relative density.
 template <int mode>
-BRUME_INLINE void modulateTile(const NoiseFog& p, int count, Tile& t) {
+BRUME_INLINE void modulateTile(const NoiseFog& p, const float* depth, int count, Tile& t) {
     for (int i = 0; i < count; i++) {
-        const float L = t.L[i] < 1e15f ? t.L[i] : 1e15f;
-        t.relative[i] = modulated<mode>(p, t.noise[i], L * t.d[1][i]);
+        const float planar = depth[i] < 1e15f ? depth[i] : 1e15f;
+        t.relative[i] = modulated<mode>(p, t.noise[i], planar * t.ray[1][i]);
     }
 }
 
@@ -199,7 +203,8 @@ BRUME_INLINE void airlightTile(const NoiseFog& p, const Constants& k, int count,
     const float s0 = k.toSun[0], s1 = k.toSun[1], s2 = k.toSun[2];
     const float c0 = p.sunColor[0], c1 = p.sunColor[1], c2 = p.sunColor[2];
     for (int i = 0; i < count; i++) {
-        float x = t.d[0][i], y = t.d[1][i], z = t.d[2][i];
+        const float shorten = 1.0f / t.length[i];
+        float x = t.ray[0][i] * shorten, y = t.ray[1][i] * shorten, z = t.ray[2][i] * shorten;
         if (offset > 0.0f) {
             const float L = t.L[i] < 1e15f ? t.L[i] : 1e15f;  // from there on the offset is nothing
             x = x * L + offset, y = y * L + offset, z = z * L + offset;
@@ -214,22 +219,24 @@ BRUME_INLINE void airlightTile(const NoiseFog& p, const Constants& k, int count,
     }
 }
 
-BRUME_INLINE void fogTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+BRUME_INLINE void fogTile(const NoiseFog& p, const Constants& k, const float* depth, int count, Tile& t) {
     if (p.where == asAProduct) {
         for (int i = 0; i < count; i++) {
-            t.relative[i] = k.product.mean(t.d[0][i], t.d[1][i], t.d[2][i], t.L[i]);
+            const float unit = 1.0f / t.length[i];
+            t.relative[i] =
+                k.product.mean(t.ray[0][i] * unit, t.ray[1][i] * unit, t.ray[2][i] * unit, t.L[i]);
             t.noise[i] = 0;
         }
     } else {
-        pixelNoiseTile(p, k, count, t);
+        pixelNoiseTile(p, k, depth, count, t);
         if (p.mode == modulate)
-            modulateTile<modulate>(p, count, t);
+            modulateTile<modulate>(p, depth, count, t);
         else if (p.mode == ocean)
-            modulateTile<ocean>(p, count, t);
+            modulateTile<ocean>(p, depth, count, t);
         else if (p.mode == additive)
-            modulateTile<additive>(p, count, t);
+            modulateTile<additive>(p, depth, count, t);
         else
-            modulateTile<subtractive>(p, count, t);
+            modulateTile<subtractive>(p, depth, count, t);
     }
     modelTile(p, k, count, t);
     if (k.varyingAirlight) airlightTile(p, k, count, t);
@@ -248,7 +255,7 @@ BRUME_VECTORISE void rows(const NoiseFog& p, const CpuContext& c, cv::Range rang
         for (int i0 = 0; i0 < c.view.width; i0 += fogTileSize) {
             const int count = std::min(fogTileSize, c.view.width - i0);
             raysTile(c.view, depth + i0, i0, y, count, t);
-            fogTile(p, k, count, t);
+            fogTile(p, k, depth + i0, count, t);
             if (k.varyingAirlight)
                 compositeTile<true, true>(t, p.color, in + 4 * i0, out + 4 * i0, count);
             else

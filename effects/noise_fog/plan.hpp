@@ -53,9 +53,8 @@ inline Plan plan(const NoiseFog& p, const PlanInput& in) {
     const double steepest = 12.92 * std::max(1., plan.maxOutput);  // of the sRGB curve
     const double swing = most > 0 ? .37 * (most - least) / std::max(least, .37 * most) : 0;
     const double error = bakedError(p, octaves) * std::min(1., swing) * steepest;
-    // Measured in frame copies, at the surface: an octave of noise, eight texels gathered, and the rest.
-    const bool isGl = in.backend == Backend::Gl;
-    const double octaveCost = p.noise == 0 ? 1.4 : 1.1, volumeCost = isGl ? 1.5 : 2.5, rest = 2;
+    // Measured on the CPU, in frame copies: an octave of noise, eight texels gathered, and the rest.
+    const double octaveCost = 2.1, volumeCost = 3.1, rest = 2.5;
     const double samples = p.where == alongTheRay ? p.steps : 1;
     const bool needsVolume = p.smoothing > 0 && p.where == atTheSurface;
     const bool volumeServes = error <= in.tolerance && volumeCost < octaveCost * octaves;
