@@ -67,15 +67,19 @@ inline int smallLength(int length, int factor) { return (length - 1) / factor + 
 /// `filterRow(y, first, count, padded, result, floats, filter)` calls `filter` on row y's `count` pixels from
 /// `first` on, beyond the edges replicated, for which `padded` has room; what it writes are the `floats`
 /// floats at `result`.
+/// `scratch`, where large enough, lends its memory.
 template <class FilterRow>
-cv::Mat decimateRows(int width, int height, int factor, std::span<const float> half, FilterRow filterRow) {
+cv::Mat decimateRows(int width, int height, int factor, std::span<const float> half, const cv::Mat& scratch,
+                     FilterRow filterRow) {
     const int reach = int(half.size()) - 1;
     const int smallWidth = smallLength(width, factor), smallHeight = smallLength(height, factor);
     const int pairCount = reach + 1, lines = 2 * reach + 1;
     std::vector<float> pairs(8 * pairCount, 0.0f);
     for (int t = -reach; t <= reach; t++)
         for (int c = 0; c < 4; c++) pairs[4 * (t + reach) + c] = half[std::abs(t)];
-    cv::Mat small(smallHeight, smallWidth, CV_32FC4);
+    bool fits = scratch.isContinuous() && scratch.total() >= size_t(smallWidth) * smallHeight;
+    cv::Mat small = fits ? cv::Mat(smallHeight, smallWidth, CV_32FC4, scratch.data)
+                         : cv::Mat(smallHeight, smallWidth, CV_32FC4);
     const int bands = std::clamp(smallHeight / 16, 1, cv::getNumThreads());
     cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
         // Room for two spare taps and four spare outputs.
@@ -105,12 +109,12 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
     return small;
 }
 
-inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> half) {
+inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> half, const cv::Mat& scratch) {
     auto filterRow = [&](int y, int first, int count, std::vector<float>& padded, float* result, int floats,
                          auto filter) {
         filterReplicated(result, floats, padded, in.ptr<float>(y), in.cols, first, count, filter);
     };
-    return decimateRows(in.cols, in.rows, factor, half, filterRow);
+    return decimateRows(in.cols, in.rows, factor, half, scratch, filterRow);
 }
 
 /// What enlargeLine wants of the weights.
@@ -134,7 +138,8 @@ inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> 
 }
 
 inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur) {
-    cv::Mat small = decimate(in, blur.factor, blur.prefilter);
+    // The output is written last, so its memory can hold the small image until then.
+    cv::Mat small = decimate(in, blur.factor, blur.prefilter, out);
     cv::Mat blurred(small.size(), CV_32FC4);
     separableFir(small, blurred, blur.small);
     std::vector<float> pairs = phasePairs(blur.factor, blur.up);

@@ -63,15 +63,16 @@ inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, i
         std::memcpy(sharp + 4 * i, right, sizeof right), sigmas[i] = sigma[width - 1];
 }
 
-inline cv::Mat smallLevel(const Source& source, const LadderLevel& level, bool keepEdges) {
+inline cv::Mat smallLevel(const Source& source, const LadderLevel& level, bool keepEdges,
+                          const cv::Mat& scratch) {
     auto filterRow = [&](int y, int first, int count, std::vector<float>& padded, float*, int, auto filter) {
         std::vector<float> sigmas(count);
         sharpReplicated(padded.data(), sigmas.data(), source, y, first, count);
         if (keepEdges) weigh(padded.data(), padded.data(), sigmas.data(), level.sigma, count);
         filter(padded.data());
     };
-    cv::Mat small =
-        blur::decimateRows(source.color.cols, source.color.rows, level.factor, level.prefilter, filterRow);
+    cv::Mat small = blur::decimateRows(source.color.cols, source.color.rows, level.factor, level.prefilter,
+                                       scratch, filterRow);
     cv::Mat blurred(small.size(), CV_32FC4);
     blur::separableFir(small, blurred, level.taps);
     return blurred;
@@ -224,7 +225,8 @@ inline void ladderBlur(const Source& source, const Ladder& ladder, cv::Mat& out)
     const int width = out.cols, height = out.rows, levelCount = int(ladder.levels.size());
     std::vector<cv::Mat> small(levelCount);
     for (int l = 0; l < levelCount; l++)
-        if (ladder.levels[l].factor > 1) small[l] = smallLevel(source, ladder.levels[l], ladder.keepEdges);
+        if (ladder.levels[l].factor > 1)
+            small[l] = smallLevel(source, ladder.levels[l], ladder.keepEdges, out);
 
     const int tile = 320, bands = std::clamp(height / 48, 1, 4 * cv::getNumThreads());
     cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
