@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -25,9 +26,8 @@ BRUME_VECTORISE static void copyFinite(float* out, const float* in, int floats) 
 }
 
 BRUME_VECTORISE static bool allFinite(const float* in, int floats) {
-    const int* bits = (const int*)in;
     int largest = 0;
-    for (int i = 0; i < floats; i++) largest = std::max(largest, bits[i] & 0x7fffffff);
+    for (int i = 0; i < floats; i++) largest = std::max(largest, std::bit_cast<int>(in[i]) & 0x7fffffff);
     return largest < 0x7f800000;
 }
 
