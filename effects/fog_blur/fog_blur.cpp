@@ -314,7 +314,7 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
     }
     plan.chosen["method"] = ladderMethod;
     plan.predictedError = .02 * in.maxInput;
-    plan.predictedCost = 8;
+    plan.predictedCost = 28;
     plan.why = "ladder: gather costs as many pixels as its largest blur covers";
     return plan;
 }
