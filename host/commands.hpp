@@ -12,5 +12,7 @@ void addCheck(CLI::App& program);
 void addBench(CLI::App& program);
 void addList(CLI::App& program);
 void addInfo(CLI::App& program);
+void addInspect(CLI::App& program);
+void addConvert(CLI::App& program);
 
 }  // namespace brume::host

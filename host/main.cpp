@@ -29,6 +29,8 @@ int run(int argc, char** argv) {
     host::addBench(program);
     host::addList(program);
     host::addInfo(program);
+    host::addInspect(program);
+    host::addConvert(program);
     program.footer(
         "Examples:\n"
         "  brume apply depth_fog frame.png -o fogged.png\n"

@@ -12,8 +12,8 @@ namespace brume {
 /// Fills NaN, whatever the hole's size; everything else stays as it is.
 void fillUnknown(const cv::Mat& color, cv::Mat& depth);
 
-/// Depth at the colour's size. Smaller depth is brought up along colour edges, unknown stays unknown; larger
-/// depth is sampled at pixel centres.
+/// Depth at the colour's size. Smaller depth is brought up along colour edges, unknown stays unknown (but
+/// islands of a sample or two close); larger depth is sampled at pixel centres.
 cv::Mat depthAtSize(const cv::Mat& color, const cv::Mat& depth);
 
 /// Finite depth smoothed over about `radius` px, not across colour edges; sky and unknown stay.

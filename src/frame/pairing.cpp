@@ -30,7 +30,7 @@ std::string depthFileFor(const std::string& colorPath, const std::string& patter
     const size_t hole = name.find("{stem}");
     if (hole != std::string::npos) name.replace(hole, 6, stemOf(colorPath));
     const fs::path beside = fs::path(colorPath).parent_path() / name;
-    if (fs::exists(beside)) return beside.string();
+    if (fs::exists(beside)) return beside.lexically_normal().string();
     if (fs::exists(name)) return name;
     failIo(colorPath, ": its depth ", beside.string(), " does not exist");
 }

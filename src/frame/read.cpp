@@ -7,6 +7,7 @@
 
 #include "error.hpp"
 #include "frame/alpha.hpp"
+#include "frame/capture.hpp"
 #include "frame/color_encoding.hpp"
 #include "frame/exr_attributes.hpp"
 #include "frame/exr_file.hpp"
@@ -133,18 +134,17 @@ void requireSameShape(const std::string& colorPath, cv::Size color, const std::s
 
 }  // namespace
 
-FramePair readFrame(const std::string& path, const ReadOptions& options) {
+Capture readCapture(const std::string& path, const ReadOptions& options) {
     const FileFormat format = formatOf(path);
     const Sidecar sidecar = readSidecar(path);
     const std::optional<bool> srgb = options.colorIsSrgb ? options.colorIsSrgb : sidecar.colorIsSrgb;
 
     std::string depthPath = options.depth.empty() ? sidecar.depthFile : options.depth;
     StoredPair pair;
-    if (format == FileFormat::Exr) {
+    if (format == FileFormat::Exr)
         pair = readExrPair(path, depthPath.empty(), srgb, options.maxPixels);
-    } else {
+    else
         pair.color = decodeColor(loadImage(path, options.maxPixels), srgb);
-    }
     if (!pair.depth) {
         if (depthPath.empty()) depthPath = depthFileBeside(path);
         if (depthPath.empty())
@@ -153,7 +153,19 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
         pair.depth = readDepthFile(depthPath, options.maxPixels);
     }
     const StoredDepth& stored = *pair.depth;
-    FramePair frame;
+    requireSameShape(path, pair.color.size(), stored.path, stored.pixels.size());
+
+    Capture capture;
+    capture.stored = stored.pixels;
+    capture.depthPath = stored.path;
+    capture.habit = stored.habit;
+    capture.stated = options.encoding   ? options.encoding
+                     : sidecar.encoding ? sidecar.encoding
+                                        : stored.stated;
+    // What a renderer leaves empty stays sky unless 0 was declared unknown.
+    if (capture.stated && stored.habit && stored.habit->zeroIsSky) capture.stated->zeroIsSky = true;
+
+    FramePair& frame = capture.frame;
     frame.name = stemOf(path);
     frame.color = pair.color;
     frame.notes = pair.notes;
@@ -165,30 +177,34 @@ FramePair readFrame(const std::string& path, const ReadOptions& options) {
     readLightMaps(frame, options.maxPixels);
     std::optional<Camera> camera = sidecar.camera(frame.size());
     if (!camera) camera = pair.stated.camera;
+    capture.poseIsStated = pair.stated.camera.has_value() || sidecar.statesPose();
     frame.camera = camera ? *camera : Camera::withHorizontalView(frame.size(), 60);
     if (!camera) frame.notes.push_back("camera: not stated, assumed 60° wide, level, 1.6 m up");
-    const std::optional<DepthEncoding> stated = options.encoding   ? options.encoding
-                                                : sidecar.encoding ? sidecar.encoding
-                                                                   : stored.stated;
-    if (!stated && !stored.habit)
-        failIo(stored.path,
-               ": integers, and nothing says what they mean; state it with --depth-encoding, such as "
-               "'tum' or 'linear:scale_to_metres=.001,unknown=0', or in ",
-               stemOf(path), ".json");
-    DepthEncoding encoding = stated ? *stated : *stored.habit;
-    // What a renderer leaves empty stays sky unless 0 was declared unknown.
-    if (stated && stored.habit && stored.habit->zeroIsSky) encoding.zeroIsSky = true;
-    const cv::Size depthSize = stored.pixels.size();
-    requireSameShape(path, frame.size(), stored.path, depthSize);
-    frame.depth = decodeDepth(stored.pixels, encoding, frame.camera.resized(frame.size(), depthSize));
-    frame.notes.push_back("depth: " + encoding.describe() + (stated ? "" : " (assumed)"));
-    requireSomeDepth(frame.depth, stored.path);
-    if (depthSize != frame.size()) {
-        frame.depth = depthAtSize(frame.color, frame.depth);
-        frame.notes.push_back("depth: brought from " + sizeText(depthSize) + " to " + sizeText(frame.size()) +
-                              (depthSize.width < frame.size().width ? " along colour edges" : ""));
-    }
+    return capture;
+}
+
+FramePair decodeCapture(const Capture& capture, const DepthEncoding& encoding) {
+    FramePair frame = capture.frame;
+    const cv::Size from = capture.stored.size(), to = frame.size();
+    frame.depth = decodeDepth(capture.stored, encoding, frame.camera.resized(to, from));
+    requireSomeDepth(frame.depth, capture.depthPath);
+    frame.notes.push_back("depth: " + encoding.describe() + (capture.stated ? "" : " (assumed)"));
+    if (from == to) return frame;
+    frame.depth = depthAtSize(frame.color, frame.depth);
+    frame.notes.push_back("depth: brought from " + sizeText(from) + " to " + sizeText(to) +
+                          (from.width < to.width ? " along colour edges" : ""));
     return frame;
+}
+
+FramePair readFrame(const std::string& path, const ReadOptions& options) {
+    const Capture capture = readCapture(path, options);
+    if (!capture.stated && !capture.habit)
+        failIo(
+            capture.depthPath,
+            ": integers, and nothing says what they mean; state it with --depth-encoding, such as 'tum' or "
+            "'linear:scale_to_metres=.001,unknown=0', or in ",
+            capture.frame.name, ".json; brume inspect ranks what they could be");
+    return decodeCapture(capture, capture.stated ? *capture.stated : *capture.habit);
 }
 
 cv::Mat readImage(const std::string& path, size_t maxPixels) {

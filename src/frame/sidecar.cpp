@@ -75,6 +75,12 @@ std::optional<Camera> Sidecar::camera(cv::Size size) const {
     return camera;
 }
 
+bool Sidecar::statesPose() const {
+    if (!extras || !extras->contains("camera")) return false;
+    const json& c = (*extras)["camera"];
+    return c.contains("height") || c.contains("world_from_camera");
+}
+
 Sidecar readSidecar(const std::string& imagePath) {
     Sidecar sidecar;
     const fs::path path = fs::path(imagePath).replace_extension(".json");

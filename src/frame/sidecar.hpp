@@ -21,6 +21,8 @@ struct Sidecar {
 
     /// The camera of an image of `size`; nothing where the sidecar does not state one.
     std::optional<Camera> camera(cv::Size size) const;
+    /// Whether it says where the eye stands.
+    bool statesPose() const;
 };
 
 /// Reads NAME.json of an image NAME.EXT if there is one. Throws Error (Io) naming file, key and value.

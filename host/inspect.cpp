@@ -1,0 +1,110 @@
+// brume inspect: what a capture is, and what looks wrong with its depth.
+#include "frame/inspect.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+
+#include "commands.hpp"
+#include "error.hpp"
+#include "frame/sequence.hpp"
+#include "frame/write.hpp"
+#include "options.hpp"
+
+namespace brume::host {
+namespace {
+
+struct Arguments {
+    std::vector<std::string> frames;
+    FrameOptions options;
+    std::string picture;
+};
+
+void printStatistics(const FramePair& frame) {
+    const DepthStatistics s = depthStatistics(frame.depth);
+    std::cout << "  size      " << frame.size().width << " × " << frame.size().height << "\n"
+              << "  depth     " << s.least << " to " << s.greatest << " m; 1 % " << s.p1 << ", 10 % " << s.p10
+              << ", median " << s.median << ", 90 % " << s.p90 << ", 99 % " << s.p99 << "\n"
+              << "  sky       " << s.sky * 100 << " %\n"
+              << "  unknown   " << s.unknown * 100 << " %\n";
+    const Camera& c = frame.camera;
+    const auto degrees = [](double length, double focal) {
+        return 2 * std::atan(length / 2 / focal) * 180 / M_PI;
+    };
+    std::cout << "  camera    " << degrees(frame.size().width, c.fx) << "° × "
+              << degrees(frame.size().height, c.fy) << "°, f " << c.fx << ", " << c.fy << " px, centre "
+              << c.cx << ", " << c.cy << ", eye " << c.eye()[1] << " m up\n";
+}
+
+/// Where the pictures of several frames go: the file itself for one, else a folder.
+std::string pictureOf(const std::string& picture, const FramePair& frame, bool several) {
+    if (!several) return picture;
+    std::filesystem::create_directories(picture);
+    return (std::filesystem::path(picture) / (frame.name + ".inspect.png")).string();
+}
+
+void inspectOne(const FrameFiles& files, const Arguments& a, bool several) {
+    ReadOptions options = a.options.read();
+    options.depth = files.depth;
+    const Capture capture = readCapture(files.color, options);
+    std::cout << files.color << "\n";
+    for (const std::string& note : capture.frame.notes) std::cout << "  " << note << "\n";
+    DepthEncoding encoding;
+    const bool ranked = !capture.stated;
+    std::vector<Reading> readings;
+    if (ranked) {
+        readings = rankReadings(capture);
+        if (readings.empty()) failIo(capture.depthPath, ": holds no number above 0");
+        std::cout << "  what the depth's numbers mean is not stated; by the geometry it would give:\n";
+        for (const Reading& r : readings)
+            std::cout << "    " << std::setprecision(2) << std::fixed << r.score << std::defaultfloat
+                      << std::setprecision(6) << "  " << r.name << ": " << r.evidence << "\n";
+        encoding = capture.habit ? *capture.habit : readings.front().encoding;
+        std::cout << "  read below as " << (capture.habit ? "such files usually are" : readings.front().name)
+                  << "\n";
+    } else {
+        encoding = *capture.stated;
+    }
+    const FramePair frame = decodeCapture(capture, encoding);
+    std::cout << "  depth     " << encoding.describe() << "\n";
+    printStatistics(frame);
+    const std::vector<Doubt> doubts = findDoubts(capture, frame, encoding);
+    for (const Doubt& d : doubts) std::cout << "  doubt: " << d.name << ": " << d.evidence << "\n";
+    if (doubts.empty()) std::cout << "  nothing looks wrong\n";
+    if (a.picture.empty()) return;
+    const std::string path = pictureOf(a.picture, frame, several);
+    writeImage(path, inspectionPicture(frame));
+    std::cout << "  picture   " << path << "\n";
+    if (!ranked) return;
+    const std::filesystem::path p(path);
+    const std::string candidates =
+        (p.parent_path() / (p.stem().string() + ".readings" + p.extension().string())).string();
+    writeImage(candidates, readingsPicture(capture, readings, 320));
+    std::cout << "  readings  " << candidates << "\n";
+}
+
+}  // namespace
+
+void addInspect(CLI::App& program) {
+    auto* command =
+        program.add_subcommand("inspect", "What a capture is, and what looks wrong with its depth");
+    auto a = std::make_shared<Arguments>();
+    command->add_option("frame", a->frames, "Frames: files, folders, patterns such as shot.####.exr, lists")
+        ->required();
+    a->options.addTo(*command);
+    command->add_option(
+        "--picture", a->picture,
+        "Write colour, depth and histogram side by side here (a folder for several frames), and, "
+        "where the encoding is not stated, the readings it could have");
+    command->callback([a] {
+        a->options.read();
+        if (!a->picture.empty() && a->frames.size() == 1)
+            requireWritableEnding(a->picture + (std::filesystem::is_directory(a->picture) ? "/x.png" : ""));
+        const std::vector<FrameFiles> files = expandFrames(a->frames, a->options.depth);
+        for (const FrameFiles& f : files)
+            inspectOne(f, *a, files.size() > 1 || std::filesystem::is_directory(a->picture));
+    });
+}
+
+}  // namespace brume::host

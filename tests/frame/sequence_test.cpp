@@ -1,0 +1,95 @@
+#include "frame/sequence.hpp"
+
+#include "frame_fixture.hpp"
+
+namespace brume {
+namespace {
+
+using test::sentenceOf;
+
+class Sequences : public test::FrameTest {
+  protected:
+    void touch(std::initializer_list<const char*> names) const {
+        for (const char* name : names) writeText(name, "x");
+    }
+    /// "color>depth" of each, without the folder.
+    std::vector<std::string> expanded(const std::vector<std::string>& frames,
+                                      const std::string& depth = "") const {
+        std::vector<std::string> out;
+        for (const FrameFiles& f : expandFrames(frames, depth)) {
+            const auto local = [&](const std::string& path) {
+                return path.empty() ? path : std::filesystem::path(path).lexically_relative(folder).string();
+            };
+            out.push_back(local(f.color) + (f.depth.empty() ? "" : ">" + local(f.depth)));
+        }
+        return out;
+    }
+    using Names = std::vector<std::string>;
+};
+
+TEST_F(Sequences, FoldersCountAsPeopleDo) {
+    touch({"f10.png", "f9.png", "f009a.png", "f9.depth.exr", "notes.txt", ".hidden.png", "f9.json"});
+    EXPECT_EQ(expanded({folder.string()}), (Names{"f9.png", "f009a.png", "f10.png"}));
+}
+
+TEST_F(Sequences, Patterns) {
+    touch({"s.0001.exr", "s.0002.exr", "s.0010.exr", "s.12345.exr", "s.003.exr", "s.abcd.exr", "t.0001.exr"});
+    EXPECT_EQ(expanded({file("s.####.exr")}),
+              (Names{"s.0001.exr", "s.0002.exr", "s.0010.exr", "s.12345.exr"}));
+    EXPECT_EQ(expanded({file("s.%04d.exr")}),
+              (Names{"s.0001.exr", "s.0002.exr", "s.0010.exr", "s.12345.exr"}));
+    EXPECT_EQ(expanded({file("?.0001.exr")}), (Names{"s.0001.exr", "t.0001.exr"}));
+    EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("u.####.exr")}); }).find("no file matches"),
+              std::string::npos);
+}
+
+TEST_F(Sequences, DepthByPatternStemNumberOrFolder) {
+    touch({"rgb/a_01.png", "rgb/a_02.png", "depth/a_01.exr", "depth/a_02.exr", "z/depth_0001.png",
+           "z/depth_0002.png", "rgb/sub/a_01.npy", "rgb/sub/a_02.npy"});
+    const Names byStem = {"rgb/a_01.png>depth/a_01.exr", "rgb/a_02.png>depth/a_02.exr"};
+    EXPECT_EQ(expanded({file("rgb")}, file("depth")), byStem);
+    EXPECT_EQ(expanded({file("rgb")}, "../depth/{stem}.exr"), byStem);
+    EXPECT_EQ(expanded({file("rgb/a_##.png")}, file("z/depth_####.png")),
+              (Names{"rgb/a_01.png>z/depth_0001.png", "rgb/a_02.png>z/depth_0002.png"}));
+    EXPECT_EQ(expanded({file("rgb")}, file("z")),
+              (Names{"rgb/a_01.png>z/depth_0001.png", "rgb/a_02.png>z/depth_0002.png"}));
+    EXPECT_EQ(expanded({file("rgb/a_02.png")}, file("depth/a_02.exr")), (Names{byStem[1]}));
+    EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, file("depth/a_01.exr")); })
+                  .find("one depth file"),
+              std::string::npos);
+    touch({"rgb/a_03.png"});
+    EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, file("depth")); }).find("a_03"),
+              std::string::npos);
+}
+
+TEST_F(Sequences, TumPairsNearestTimestamps) {
+    touch({"rgb/1.00.png", "rgb/1.05.png", "rgb/1.10.png", "depth/1.012.png", "depth/1.048.png",
+           "depth/1.30.png"});
+    const Names wanted = {"rgb/1.00.png>depth/1.012.png", "rgb/1.05.png>depth/1.048.png"};
+    EXPECT_EQ(expanded({file("rgb")}, file("depth")), wanted) << "1.10 has none within .02 s";
+    writeText("rgb.txt", "# color images\n1.00 rgb/1.00.png\n1.05 rgb/1.05.png\n1.10 rgb/1.10.png\n");
+    writeText("depth.txt",
+              "# depth maps\n1.012 depth/1.012.png\n1.048 depth/1.048.png\n1.30 depth/1.30.png\n");
+    EXPECT_EQ(expanded({file("rgb.txt")}, file("depth.txt")), wanted);
+    const std::vector<FrameFiles> frames = expandFrames({file("rgb.txt")}, file("depth.txt"));
+    EXPECT_EQ(frames[0].time, 0.);
+    EXPECT_NEAR(*frames[1].time, .05, 1e-12);
+    writeText("associations.txt",
+              "1.00 rgb/1.00.png 1.012 depth/1.012.png\n1.05 rgb/1.05.png 1.048 depth/1.048.png\n");
+    EXPECT_EQ(expanded({file("associations.txt")}), wanted);
+}
+
+TEST_F(Sequences, Lists) {
+    touch({"a.png", "b.png", "d/a.exr", "d/b.exr"});
+    writeText("list.txt", "a.png d/a.exr\nb.png d/b.exr  # the second\n\n");
+    EXPECT_EQ(expanded({file("list.txt")}), (Names{"a.png>d/a.exr", "b.png>d/b.exr"}));
+    writeText("bad.txt", "a.png d/a.exr more\n");
+    EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("bad.txt")}); }).find("bad.txt:1"),
+              std::string::npos);
+    writeText("empty.txt", "# nothing\n");
+    sentenceOf(ErrorKind::Io, [&] { expanded({file("empty.txt")}); });
+    sentenceOf(ErrorKind::Io, [&] { expanded({file("none.txt")}); });
+}
+
+}  // namespace
+}  // namespace brume
