@@ -69,7 +69,7 @@ void inspectOne(const FrameFiles& files, const Arguments& a, bool several) {
     const FramePair frame = decodeCapture(capture, encoding);
     std::cout << "  depth     " << encoding.describe() << "\n";
     printStatistics(frame);
-    const std::vector<Doubt> doubts = findDoubts(capture, frame, encoding);
+    const std::vector<Doubt> doubts = findDoubts(capture, encoding);
     for (const Doubt& d : doubts) std::cout << "  doubt: " << d.name << ": " << d.evidence << "\n";
     if (doubts.empty()) std::cout << "  nothing looks wrong\n";
     if (a.picture.empty()) return;

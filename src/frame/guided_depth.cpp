@@ -77,7 +77,7 @@ cv::Mat depthAtSize(const cv::Mat& color, const cv::Mat& depth) {
             scattered.at<cv::Vec4f>(int((j + .5) / y), int((i + .5) / x)) = weights(depth.at<float>(j, i));
     const cv::Mat guide = toSrgb8(color, false, 0, 0);
     const double spacing = std::max(1 / x, 1 / y);
-    const cv::Mat reached = smoothed(guide, scattered, 4 * spacing * spacing, edgeSigma);
+    const cv::Mat reached = smoothed(guide, scattered, spacing * spacing, edgeSigma);
     for (int j = 0; j < out.rows; ++j)
         for (int i = 0; i < out.cols; ++i) {
             const cv::Vec4f& w = reached.at<cv::Vec4f>(j, i);

@@ -131,8 +131,8 @@ void doubtScale(Case& c) {
 
 void doubtQuantisation(Case& c) {
     const DepthStatistics& s = c.statistics;
-    const double finite = (1 - s.unknown - s.sky) * double(c.capture.frame.size().area());
-    if (finite > 20000 && s.distinct <= 256 && s.step > .012)
+    const double finite = (1 - s.unknown - s.sky) * double(c.capture.stored.total());
+    if (finite > 20000 && s.distinct <= 256 && (s.step > .012 || (s.step > .003 && s.even)))
         c.doubt("quantised", "only " + std::to_string(s.distinct) + " different depths among " +
                                  shown(finite / 1e6) + " million pixels, at the median " + percent(s.step) +
                                  " apart: it went through 8 bits");
@@ -182,20 +182,26 @@ DepthStatistics depthStatistics(const cv::Mat& depth) {
     s.p90 = at(.9);
     s.p99 = at(.99);
     s.greatest = z.back();
-    const float median = z[(z.size() - 1) / 2];
+    const float tenth = float(s.p10), median = float(s.median), nine = float(s.p90);
     z.erase(std::unique(z.begin(), z.end()), z.end());
     s.distinct = z.size();
-    const auto next = std::upper_bound(z.begin(), z.end(), median);
-    if (next != z.end()) s.step = *next / median - 1;
+    const auto stepAt = [&](float from) {
+        const auto next = std::upper_bound(z.begin(), z.end(), from);
+        return next == z.end() ? 0. : double(*next) - from;
+    };
+    s.step = stepAt(median) / median;
+    const double low = stepAt(tenth), high = stepAt(nine);
+    s.even = low > 0 && high > .8 * low && high < 1.25 * low;
     return s;
 }
 
-std::vector<Doubt> findDoubts(const Capture& capture, const FramePair& frame, const DepthEncoding& encoding) {
+std::vector<Doubt> findDoubts(const Capture& capture, const DepthEncoding& encoding) {
     std::vector<Doubt> doubts;
-    // Steps must be counted before a smaller depth image is brought up.
+    // As stored: filters of a smaller image would hide its steps and follow colour's edges.
+    const FramePair& frame = capture.frame;
     const cv::Mat asStored =
         decodeDepth(capture.stored, encoding, frame.camera.resized(frame.size(), capture.stored.size()));
-    FramePair thin = thinned(frame);
+    const FramePair thin = thinned(frame, asStored);
     Case c{capture,
            encoding,
            depthStatistics(asStored),

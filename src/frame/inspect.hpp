@@ -15,6 +15,7 @@ struct DepthStatistics {
     double least = 0, p1 = 0, p10 = 0, median = 0, p90 = 0, p99 = 0, greatest = 0;
     size_t distinct = 0;  ///< different finite numbers
     double step = 0;      ///< from the median to the next, relative
+    bool even = false;    ///< the steps at 10 % and 90 % are as wide, in metres: quantised as distance
 };
 
 DepthStatistics depthStatistics(const cv::Mat& depth);
@@ -35,9 +36,8 @@ struct Reading {
     DepthEncoding encoding;
 };
 
-/// Doubts about a capture read as `encoding`; `frame` is decodeCapture's. Thread-safe, deterministic; about
-/// .1 s.
-std::vector<Doubt> findDoubts(const Capture& capture, const FramePair& frame, const DepthEncoding& encoding);
+/// Doubts about a capture read as `encoding`. Thread-safe, deterministic; about .1 s.
+std::vector<Doubt> findDoubts(const Capture& capture, const DepthEncoding& encoding);
 
 /// What the numbers of a capture could mean, ranked by the geometry each would give.
 std::vector<Reading> rankReadings(const Capture& capture);

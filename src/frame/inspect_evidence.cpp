@@ -10,19 +10,24 @@
 
 namespace brume {
 
-FramePair thinned(const FramePair& frame) {
-    const int step = std::max(1, frame.size().width / 640);
-    if (step == 1) return frame;
-    const cv::Size size(frame.size().width / step, frame.size().height / step);
+FramePair thinned(const FramePair& frame, const cv::Mat& depth) {
+    const int step = std::max(1, depth.cols / 640);
+    const cv::Size size(depth.cols / step, depth.rows / step);
     FramePair thin = frame;
-    thin.color.release();
+    thin.color = cv::Mat();
     cv::resize(frame.color, thin.color, size, 0, 0, cv::INTER_AREA);
     thin.depth = cv::Mat(size, CV_32F);
     for (int j = 0; j < size.height; ++j)
         for (int i = 0; i < size.width; ++i)
-            thin.depth.at<float>(j, i) = frame.depth.at<float>(j * step + step / 2, i * step + step / 2);
+            thin.depth.at<float>(j, i) = depth.at<float>(j * step + step / 2, i * step + step / 2);
     thin.camera = frame.camera.resized(frame.size(), size);
     return thin;
+}
+
+FramePair thinnedReading(const Capture& capture, const DepthEncoding& encoding) {
+    const FramePair& frame = capture.frame;
+    return thinned(frame, decodeDepth(capture.stored, encoding,
+                                      frame.camera.resized(frame.size(), capture.stored.size())));
 }
 
 namespace {
@@ -69,12 +74,14 @@ EdgeFit edgeFit(const FramePair& frame) {
     EdgeFit fit;
     fit.edges = size_t(cv::countNonZero(edges));
     if (fit.edges == 0) return fit;
+    constexpr int asIs = 2;
     const auto meanAt = [&](int code) {
-        cv::Mat mask = edges;
-        if (code != 2) cv::flip(edges, mask, code);
-        return cv::mean(rank, mask)[0];
+        if (code == asIs) return cv::mean(rank, edges)[0];
+        cv::Mat turned;
+        cv::flip(edges, turned, code);
+        return cv::mean(rank, turned)[0];
     };
-    fit.asIs = meanAt(2);
+    fit.asIs = meanAt(asIs);
     fit.mirrored = meanAt(1);
     fit.flipped = meanAt(0);
     fit.both = meanAt(-1);
@@ -102,8 +109,7 @@ double planeResidual(const std::vector<double>& v, int side) {
 
 }  // namespace
 
-Flatness flatness(const cv::Mat& depth) {
-    constexpr int side = 24;
+static Flatness flatness(const cv::Mat& depth, int side) {
     size_t inverse = 0, decided = 0;
     std::vector<double> z(side * side), q(side * side);
     for (int top = 0; top + side <= depth.rows; top += side / 2)
@@ -123,6 +129,12 @@ Flatness flatness(const cv::Mat& depth) {
             inverse += inQ < inZ;
         }
     return {decided ? double(inverse) / double(decided) : 1, decided};
+}
+
+Flatness flatness(const cv::Mat& depth) {
+    const Flatness small = flatness(depth, 24);
+    // A sensor's noise hides the curve of small patches.
+    return small.patches >= 12 ? small : flatness(depth, 64);
 }
 
 GroundOrder groundOrder(const cv::Mat& depth) {

@@ -4,12 +4,15 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
-#include "frame/frame_pair.hpp"
+#include "frame/capture.hpp"
 
 namespace brume {
 
-/// The frame at no more than 640 px wide, by samples, so that depth stays what it is.
-FramePair thinned(const FramePair& frame);
+/// The frame with `depth` (of any size of its shape) at no more than 640 px wide: depth by samples, so that
+/// it stays what it is, colour averaged.
+FramePair thinned(const FramePair& frame, const cv::Mat& depth);
+/// The same for one reading of a capture's numbers.
+FramePair thinnedReading(const Capture& capture, const DepthEncoding& encoding);
 
 /// How well depth's edges fall on colour's: the probability that colour's gradient is stronger at a depth
 /// edge than at a random pixel (.5 by chance), for depth as it is, mirrored left-right, flipped top-bottom,

@@ -110,13 +110,7 @@ cv::Mat inspectionPicture(const FramePair& frame) {
 cv::Mat readingsPicture(const Capture& capture, const std::vector<Reading>& readings, int width) {
     std::vector<cv::Mat> thumbnails;
     for (size_t k = 0; k < std::min<size_t>(readings.size(), 8); ++k) {
-        cv::Mat depth;
-        try {
-            depth = thinned(decodeCapture(capture, readings[k].encoding)).depth;
-        } catch (const Error&) {
-            depth =
-                cv::Mat(capture.frame.size(), CV_32F, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
-        }
+        const cv::Mat depth = thinnedReading(capture, readings[k].encoding).depth;
         cv::Mat picture = scaledTo(depthPicture(depth, rangeOf(depthStatistics(depth))),
                                    width * depth.rows / depth.cols, cv::INTER_NEAREST);
         picture = picture(cv::Rect(0, 0, std::min(width, picture.cols), picture.rows)).clone();

@@ -65,19 +65,15 @@ Reading judged(const std::string& name, const Capture& capture) {
     reading.name = name;
     reading.encoding = parseDepthEncoding(name);
     if (capture.habit) reading.encoding.zeroIsSky = capture.habit->zeroIsSky;
-    FramePair frame;
-    try {
-        frame = thinned(decodeCapture(capture, reading.encoding));
-    } catch (const Error&) {
-        reading.evidence = "leaves nothing known";
-        return reading;
-    }
+    const FramePair frame = thinnedReading(capture, reading.encoding);
     const DepthStatistics s = depthStatistics(frame.depth);
     const Flatness flat = flatness(frame.depth);
     const GroundOrder ground = groundOrder(frame.depth);
     const double flatScore = flat.patches >= 12 ? flat.inverseShare : .5;
     const double groundScore = ground.covered > .15 ? ground.share : .5;
-    const double range = plausible(s.median, .7, 80);
+    // Rooms and streets; and an eye that stands on the floor, if there is one.
+    const std::optional<Floor> floor = findFloor(frame);
+    const double range = std::min(plausible(s.median, .7, 80), floor ? plausible(floor->height, .4, 4) : 1);
     const double spread = plausible(s.p1 > 0 ? s.p99 / s.p1 : 0, 1.7, 3000);
     const double known = 1 - s.unknown;
     reading.score = known * (.35 * flatScore + .25 * groundScore + .25 * range + .15 * spread);

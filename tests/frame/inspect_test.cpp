@@ -55,7 +55,7 @@ Copy restored(const Copy& from, const DepthEncoding& encoding, const std::functi
 }
 
 double farthest(const Copy& copy) {
-    return depthStatistics(decodeCapture(copy.capture, copy.encoding).depth).p99;
+    return depthStatistics(decodeDepth(copy.capture.stored, copy.encoding, copy.capture.frame.camera)).p99;
 }
 
 /// Nothing where the fault makes no sense for the capture.
@@ -103,7 +103,7 @@ const std::vector<Fault>& faults() {
          [](const Copy& from) {
              const float step = float(farthest(from)) / 255;
              return restored(from, DepthEncoding(),
-                             [step](float z) { return step * std::max(1.f, std::round(z / step)); });
+                             [step](float z) { return step * std::clamp(std::round(z / step), 1.f, 255.f); });
          }},
         {"a weapon in its own range", "overlay",
          [](const Copy& from) {
@@ -121,8 +121,7 @@ const std::vector<Fault>& faults() {
 
 std::set<std::string> doubtsOf(const Copy& copy) {
     std::set<std::string> names;
-    for (const Doubt& d : findDoubts(copy.capture, decodeCapture(copy.capture, copy.encoding), copy.encoding))
-        names.insert(d.name);
+    for (const Doubt& d : findDoubts(copy.capture, copy.encoding)) names.insert(d.name);
     return names;
 }
 
