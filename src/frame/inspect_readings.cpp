@@ -79,7 +79,8 @@ Reading judged(const std::string& name, const Capture& capture) {
     reading.score = known * (.35 * flatScore + .25 * groundScore + .25 * range + .15 * spread);
     reading.evidence = text("median ", plain(s.median), " m, 1 % to 99 % ", plain(s.p1), " to ", plain(s.p99),
                             " m; flat surfaces flat in ", plain(100 * flatScore),
-                            " %, ground nearer downwards in ", plain(100 * groundScore), " %");
+                            " %, ground nearer downwards in ", plain(100 * groundScore), " %",
+                            floor ? text(", floor ", plain(floor->height), " m below the eye") : "");
     return reading;
 }
 
