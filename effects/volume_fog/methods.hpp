@@ -37,12 +37,17 @@ struct Panel {
 
 BRUME_VECTORISE inline void addPanel(Tile& tile, const Panel& panel) {
     for (int x = 0; x < tileWidth; x++) {
-        float weight[nodes], depth = 0, total = 0;
+        float weight[nodes], before[nodes], depth = 0, total = 0, nearest = 3e38f;
         for (int j = 0; j < nodes; j++) depth += nodeWeight[j] * panel.depth[j][x];
         for (int i = 0; i < nodes; i++) {
-            float before = 0;
-            for (int j = 0; j < nodes; j++) before += nodeIntegral[i][j] * panel.depth[j][x];
-            weight[i] = nodeWeight[i] * panel.depth[i][x] * brume::expFast(-most(before, 0.0f));
+            before[i] = 0;
+            for (int j = 0; j < nodes; j++) before[i] += nodeIntegral[i][j] * panel.depth[j][x];
+            before[i] = most(before[i], 0.0f);
+            nearest = least(nearest, before[i]);
+        }
+        // Only ratios of the weights count: from the nearest node on, they cannot all vanish in dense fog.
+        for (int i = 0; i < nodes; i++) {
+            weight[i] = nodeWeight[i] * panel.depth[i][x] * brume::expFast(nearest - before[i]);
             total += weight[i];
         }
         // Scaled so that a constant S gives S·(1 - e^-Δτ) exactly.

@@ -199,12 +199,16 @@ class Replay {
                 s[j] = sample(t0, t0 + stride, at[j], noise(i, at[j], t0 + at[j] * stride, stride));
                 depth += weight[j] * s[j].depth;
             }
-            for (int n = 0; n < 4; n++) {
-                double before = 0;  // ∫ of the cubic from 0 to at[n], by the same rule, exact for it
+            double before[4] = {};
+            for (int n = 0; n < 4; n++) {  // ∫ of the cubic from 0 to at[n], by the same rule, exact for it
                 for (int k = 0; k < 4; k++)
                     for (int j = 0; j < 4; j++)
-                        before += at[n] * weight[k] * s[j].depth * lagrange(j, at[n] * at[k]);
-                share[n] = weight[n] * s[n].depth * std::exp(-std::max(before, 0.));
+                        before[n] += at[n] * weight[k] * s[j].depth * lagrange(j, at[n] * at[k]);
+                before[n] = std::max(before[n], 0.);
+            }
+            for (int n = 0; n < 4; n++) {
+                share[n] =
+                    weight[n] * s[n].depth * std::exp(*std::min_element(before, before + 4) - before[n]);
                 total += share[n];
             }
             depth = std::min(depth, stop_ - result_.depth);

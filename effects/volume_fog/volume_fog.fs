@@ -399,9 +399,11 @@ void marchPanels(Ray ray, ivec2 p, int panels, vec3 sunlight, float stop, out ve
             q[j] = fog.a;
             light[j] = fog.rgb * (1.0 / max(fog.a, 1e-30)) * lightStep(ray, s, sunlight);
         }
-        vec4 weight;
-        for (int j = 0; j < 4; j++)
-            weight[j] = nodeWeight[j] * q[j] * fadeOf(max(dot(nodeIntegral[j], q), 0.0));
+        vec4 before, weight;
+        for (int j = 0; j < 4; j++) before[j] = max(dot(nodeIntegral[j], q), 0.0);
+        // Only ratios of the weights count: from the nearest node on, they cannot all vanish in dense fog.
+        float nearest = min(min(before.x, before.y), min(before.z, before.w));
+        for (int j = 0; j < 4; j++) weight[j] = nodeWeight[j] * q[j] * fadeOf(before[j] - nearest);
         // Scaled so that a constant S gives S·(1 - e^-Δτ) exactly.
         float panelDepth = min(dot(nodeWeight, q), stop - depth);
         float whole = through * opacityOf(panelDepth);
