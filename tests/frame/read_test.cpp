@@ -222,6 +222,7 @@ TEST_F(Reading, SidecarSaysWhatFilesCannot) {
 TEST_F(Reading, OneFileFormKeepsWhatTheSidecarKnewBesides) {
     std::filesystem::create_directory(file("out"));
     test::writeExrParts(file("a.exr"), {{{{"R", flat(1)}, {"G", flat(1)}, {"B", flat(1)}, {"Z", flat(2)}}}});
+    test::writeExrParts(file("sun.exr"), {{{{"Y", flat(.5f)}}}});
     writeText("a.json",
               R"({"lights": [{"shadow_map": "sun.exr"}], "camera": {"horizontal_view_degrees": 80}})");
     const FramePair frame = readFrame(file("a.exr"));
