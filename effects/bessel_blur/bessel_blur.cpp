@@ -164,7 +164,7 @@ void reference(const BesselBlur& p, const ReferenceContext& c, std::span<const c
         for (int j = 0; j < height; j++) sum += down[pixels[k].y][j] * rows[size_t(j) * width + pixels[k].x];
         truth[k].color = sum;
         truth[k].scale = largest;
-        truth[k].allowance = statedError(p, radius) * largest;
+        truth[k].methodError = statedError(p, radius) * largest;
     }
 }
 

@@ -49,7 +49,7 @@
     {"COMPUTE": {"LOCAL_SIZE": [32, 1, 1], "OVER": ["$WIDTH", 1]}, "WHEN": "$method != $method_fir && $method != $method_decimated"}
   ],
   "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 4e-6,
-    "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference as an allowance"},
+    "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference and widens its bound only"},
   "CHART": {"reference": "reference", "method": "method", "sweep": {"radius": [0.5, 1, 2, 4, 8, 16, 32, 64, 128]}},
   "BREAKS": [
     "the kernel is negative beyond 3.7 radii: dark rings of .43 % of a bright light's height",

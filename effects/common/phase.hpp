@@ -1,10 +1,11 @@
-// Phase functions: how much of the light scattered at a point goes towards the eye; twin of phase.glsl, with the
-// same names and numbered steps.
+// Phase functions: how much of the light scattered at a point goes towards the eye; twin of phase.glsl, with
+// the same names and numbered steps.
 //
-// Normalised over the sphere: the integral over all directions is 1, so each is in 1/sr. The angle θ lies between the
-// view ray and the direction towards the light (0: looking into it) and is handed over as its versine
-// v = 1 - cos θ = |d - s|²/2 for unit vectors d (view ray) and s (towards the light), in 0..2: near θ = 0 the
-// cosine has lost in fp32 what a narrow lobe needs (at g = .99 its usual form is wrong by 4.5e-3, this by 1.2e-5).
+// Normalised over the sphere: the integral over all directions is 1, so each is in 1/sr. The angle θ lies
+// between the view ray and the direction towards the light (0: looking into it) and is handed over as its
+// versine v = 1 - cos θ = |d - s|²/2 for unit vectors d (view ray) and s (towards the light), in 0..2: near θ
+// = 0 the cosine has lost in fp32 what a narrow lobe needs (at g = .99 its usual form is wrong by 4.5e-3,
+// this by 1.2e-5).
 //
 // Sources: Henyey & Greenstein, "Diffuse radiation in the galaxy" (1941); Rayleigh's (1 + cos²θ) law.
 #pragma once

@@ -300,7 +300,7 @@ void reference(const FogBlur& p, const ReferenceContext& c, std::span<const cv::
         // What the methods state, over the share of the weight that they divide by; the small σ that fp32
         // cannot tell.
         double stated = p.method == ladderMethod ? (p.edges == keep ? .03 : .021) : 1e-3;
-        truth[k].allowance = sigma > 0 ? stated * truth[k].scale / (p.edges == keep ? enough : 1) : 0;
+        truth[k].methodError = sigma > 0 ? stated * truth[k].scale / (p.edges == keep ? enough : 1) : 0;
     }
 }
 

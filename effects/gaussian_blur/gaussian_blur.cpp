@@ -163,7 +163,7 @@ void reference(const GaussianBlur& p, const ReferenceContext& c, std::span<const
         for (int j = 0; j < height; j++) sum += down[pixels[k].y][j] * rows[size_t(j) * width + pixels[k].x];
         truth[k].color = sum;
         truth[k].scale = largest;
-        truth[k].allowance = statedError(p, sigma) * largest;
+        truth[k].methodError = statedError(p, sigma) * largest;
     }
 }
 

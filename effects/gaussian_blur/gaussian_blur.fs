@@ -57,7 +57,7 @@
     {"WHEN": "$method == $method_box"}
   ],
   "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 4e-6,
-    "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference as an allowance"},
+    "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference and widens its bound only"},
   "CHART": {"reference": "reference", "method": "method", "sweep": {"radius": [1, 2, 4, 8, 16, 32, 64, 128]}},
   "BREAKS": [
     "box has an error of .05 of a bright point's height, and each of its three boxes replicates edges for itself",

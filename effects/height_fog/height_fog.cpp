@@ -289,9 +289,13 @@ void reference(const HeightFog& p, const ReferenceContext& c, std::span<const cv
                 against(depth * (1 + 4 * epsilon * (1 + exponent)) +
                         4 * epsilon * L * referenceDensity(p, eye + L * up, n));
                 take();
-                if (!approximate.isExact()) against(approximate(eye, L, up, n)), take();
             }
-            pixel.allowance = std::max(pixel.allowance, sum * std::max(1., std::abs(C - A)));
+            const double reach = std::max(1., std::abs(C - A));
+            pixel.allowance = std::max(pixel.allowance, sum * reach);
+            if (std::isfinite(L) && !approximate.isExact()) {
+                against(approximate(eye, L, up, n));
+                pixel.methodError = std::max(pixel.methodError, change * reach);
+            }
         }
         pixel.color[3] = scene[3];
     }

@@ -373,8 +373,8 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
         }
         sunwise = std::max(sunwise, change(L, relative, n, std::min(1., cosine + sign * epsilon)));
     }
-    pixel.allowance =
-        lengthwise + noisewise + densitywise + sunwise + change(L, methodRelative, methodNoise, cosine);
+    pixel.allowance = lengthwise + noisewise + densitywise + sunwise;
+    pixel.methodError = change(L, methodRelative, methodNoise, cosine);
     return pixel;
 }
 

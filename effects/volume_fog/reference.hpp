@@ -74,7 +74,8 @@ inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const bru
                             truth::share(scene.p, 1) / truth::Ray::attenuation(l, l.range);
         lamps += edge * std::min(opacity, density * 2.4e-7 * place2 / std::max(half, 1e-6));
     }
-    pixel.allowance = lamps + 1.01 * difference + integral.doubt + rounding * largest;
+    pixel.allowance = lamps + rounding * largest;
+    pixel.methodError = 1.01 * difference + integral.doubt;
     return pixel;
 }
 

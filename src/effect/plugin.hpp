@@ -71,8 +71,11 @@ struct ReferencePixel {
     cv::Vec4d color;
     cv::Vec4d transmittance = {1, 1, 1, 1};  ///< of this effect alone
     double scale = 1;  ///< what TOLERANCE's relative bound refers to: the largest of 1, |C|, |A|
-    double allowance =
-        0;  ///< conditioning: |∂out/∂x|·4 ulp(x) of an fp32 intermediate x that no method avoids
+    /// Conditioning: |∂out/∂x|·4 ulp(x) of an fp32 intermediate x that no method avoids. Widens both bounds.
+    double allowance = 0;
+    /// What the chosen method itself may be off by (a table's, a step count's, a truncated kernel's error),
+    /// as it states it. Widens the reference's bound only: both halves run the same method.
+    double methodError = 0;
     bool ambiguous = false;  ///< a comparison within 4 ulp decides a discontinuity: counted, left out
 };
 

@@ -167,7 +167,8 @@ double referenceBound(const Tolerance& tolerance, const ReferencePixel& truth) {
     for (int c = 0; c < 4; c++)
         if (std::isfinite(truth.color[c])) largest = std::max(largest, std::abs(truth.color[c]));
     return tolerance.reference * (std::isfinite(truth.scale) ? truth.scale : largest) +
-           (std::isfinite(truth.allowance) ? truth.allowance : tolerance.rel * largest);
+           (std::isfinite(truth.allowance) ? truth.allowance : tolerance.rel * largest) +
+           (std::isfinite(truth.methodError) ? truth.methodError : 0);
 }
 
 void compareParity(const Subject& subject, Trial& trial) {
