@@ -1,5 +1,7 @@
 #include "cpu/image_pool.hpp"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 
 namespace brume {
@@ -12,10 +14,23 @@ void fillBytes(cv::Mat image, uchar byte) {
     for (int j = 0; j < image.rows; j++) std::fill_n(image.ptr(j), image.cols * image.elemSize(), byte);
 }
 
+// A frame is thousands of small pages, which an effect that streams through three images misses half its time
+// on.
+void adviseLargePages(const cv::Mat& image) {
+    const size_t page = 2 << 20;
+    auto begin = (reinterpret_cast<size_t>(image.data) + page - 1) / page * page;
+    auto end = reinterpret_cast<size_t>(image.dataend) / page * page;
+    if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+}
+
 }  // namespace
 
 cv::Mat ImagePool::allocate(cv::Size size, int type) const {
-    if (!guarded_) return cv::Mat(size, type);
+    if (!guarded_) {
+        cv::Mat image(size, type);
+        adviseLargePages(image);
+        return image;
+    }
     cv::Mat whole(size.height + 2 * guardRows, size.width, type);
     fillBytes(whole, guardByte);
     return whole.rowRange(guardRows, guardRows + size.height);

@@ -181,7 +181,9 @@ TEST_F(Batch, killedAtAnyTimeLeavesOnlyWholeFilesAndResumes) {
                                  "kill -") +
                          signal + " $pid; wait $pid");
         EXPECT_EQ(ran.status, signal == std::string("KILL") ? 137 : 3) << ran.err;
-        if (ran.status == 3) EXPECT_THAT(ran.err, HasSubstr("--resume continues"));
+        if (ran.status == 3) {
+            EXPECT_THAT(ran.err, HasSubstr("--resume continues"));
+        }
         size_t left = 0;
         for (const auto& [name, bytes] : pictures("out")) {
             if (name[0] == '.') continue;

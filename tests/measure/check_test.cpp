@@ -166,8 +166,11 @@ TEST_F(Check, onlyOneChoiceWrongFailsOnlyThere) {
     CheckOptions options;
     options.randomSets = 0;
     auto cases = check(effectOf(gainSource, wrong), options);
-    for (const CheckCase& c : cases)
-        if (!c.passed()) EXPECT_THAT(c.parameters, HasSubstr("style=fancy"));
+    for (const CheckCase& c : cases) {
+        if (!c.passed()) {
+            EXPECT_THAT(c.parameters, HasSubstr("style=fancy"));
+        }
+    }
     EXPECT_GT(failures(cases), 0u);
 }
 
