@@ -107,7 +107,8 @@ TEST(CpuRunner, NamedImagesKeepTheirSizeAndReadersResample) {
     result = runner->run(
         preset(R"({"effect": "halve", "output": "small"}, {"effect": "blend", "second": "small"})"), pair,
         {});
-    EXPECT_LT(cv::norm(result.images["color"], pair.color, cv::NORM_INF), 2e-7) << "resampling keeps a constant";
+    EXPECT_LT(cv::norm(result.images["color"], pair.color, cv::NORM_INF), 2e-7)
+        << "resampling keeps a constant";
 }
 
 TEST(CpuRunner, ReadsTransmittanceWhereAStepAsksForIt) {
