@@ -2,7 +2,7 @@
 //
 //   mix       a + s·(b - a)                     s = strength, at most 1 but for add
 //   add       a + s·b
-//   screen    a + s·(a ⊕ b - a), a ⊕ b = 1 - (1 - a)(1 - b), and max(a, b) where both exceed 1
+//   screen    a + s·(a ⊕ b - a), a ⊕ b = 1 - (1 - a)(1 - b), and max(a, b) where either exceeds 1
 //   multiply  a + s·(a·b - a)
 //
 // Limits: s = 0 gives a to the bit, whatever b is; mix with s = 1 gives b to the bit.
@@ -32,7 +32,7 @@ BRUME_INLINE void blendRow(const float* in, const float* beside, float* out, int
             if constexpr (mode == mixMode) result = keep > 0.0f ? a * keep + b * share : b;
             if constexpr (mode == addMode) result = a + b * strength;
             if constexpr (mode == screenMode) {
-                float screened = std::min(a, b) > 1.0f ? std::max(a, b) : 1.0f - (1.0f - a) * (1.0f - b);
+                float screened = std::max(a, b) > 1.0f ? std::max(a, b) : 1.0f - (1.0f - a) * (1.0f - b);
                 result = keep > 0.0f ? a * keep + screened * share : screened;
             }
             if constexpr (mode == multiplyMode) result = keep > 0.0f ? a * keep + a * b * share : a * b;
@@ -75,7 +75,7 @@ ReferencePixel reference(const Blend& p, const ReferenceContext& c, cv::Point at
                 blended = x + y;
                 break;
             case screenMode:
-                blended = x > 1 && y > 1 ? std::max(x, y) : 1 - (1 - x) * (1 - y);
+                blended = x > 1 || y > 1 ? std::max(x, y) : 1 - (1 - x) * (1 - y);
                 break;
             case multiplyMode:
                 blended = x * y;

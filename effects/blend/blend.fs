@@ -9,18 +9,18 @@
     {"NAME": "second", "TYPE": "image", "DEFAULT": "captured", "LABEL": "Second image",
      "HINT": "the name of an earlier step's output; \"captured\" is the frame as it came"},
     {"NAME": "mode", "TYPE": "long", "VALUES": [0, 1, 2, 3], "LABELS": ["mix", "add", "screen", "multiply"],
-     "DEFAULT": 0, "LABEL": "Mode", "HINT": "screen is 1 - (1 - a)(1 - b), never darker than the larger of two values above 1"},
+     "DEFAULT": 0, "LABEL": "Mode", "HINT": "screen is 1 - (1 - a)(1 - b), and the larger of two values where one exceeds 1"},
     {"NAME": "strength", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 16, "UI_MAX": 1, "LABEL": "Strength",
      "HINT": "0 leaves the picture as it is; above 1 only for add"}
   ],
   "TOLERANCE": {"ABS": 1e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.05},
-  "BREAKS": ["screen of two values above 1 would turn down again: the larger of the two is taken there"]
+  "BREAKS": ["screen would darken values above 1: the larger of the two is taken there"]
 }*/
 #include "kit/image.glsl"
 
 vec3 screenOf(vec3 a, vec3 b) {
-    // 1 - (1 - a)(1 - b) falls again once both exceed 1.
-    bvec3 bright = greaterThan(min(a, b), vec3(1.0));
+    // 1 - (1 - a)(1 - b) would darken whatever exceeds 1.
+    bvec3 bright = greaterThan(max(a, b), vec3(1.0));
     return mix(1.0 - (1.0 - a) * (1.0 - b), max(a, b), bright);
 }
 
