@@ -334,7 +334,7 @@ void addApply(CLI::App& program) {
     command->footer(
         "Examples:\n"
         "  brume apply depth_fog street.exr -o foggy.png --set depth_fog.visibility=120\n"
-        "  brume apply visibility street.png -o out/ --set depth_fog.visibility=100,200,400 --keep "
+        "  brume apply visibility_100 street.png -o out/ --set depth_fog.visibility=100,200,400 --keep "
         "transmittance\n"
         "  brume apply fog.json captures/ -o 'out/{stem}_{visibility}.exr' --set "
         "'depth_fog.visibility=random(50,400)'\n"

@@ -118,6 +118,14 @@ std::map<long, std::string> matching(const std::string& name) {
 
 bool isDepthBeside(const fs::path& path) { return path.stem().extension() == ".depth"; }
 
+// NAME.sun.exr beside NAME.json: a light's map that NAME's sidecar speaks of, no frame of its own.
+bool isMapBeside(const fs::path& path) {
+    const fs::path owner = path.stem().stem();
+    return !path.stem().extension().empty() && !isDepthBeside(path) &&
+           fs::exists(path.parent_path() / (owner.string() + ".json")) &&
+           !fs::exists(fs::path(path).replace_extension(".json"));
+}
+
 std::string depthStem(const std::string& path) {
     return isDepthBeside(path) ? fs::path(path).stem().stem().string() : stemOf(path);
 }
@@ -128,7 +136,7 @@ std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     for (const auto& entry : fs::directory_iterator(folder, error)) {
         const fs::path& path = entry.path();
         if (entry.is_regular_file() && isImageEnding(path.extension().string()) &&
-            (depths || !isDepthBeside(path)) && path.filename().string()[0] != '.')
+            (depths || !isDepthBeside(path)) && !isMapBeside(path) && path.filename().string()[0] != '.')
             images.push_back(path.string());
     }
     if (error) failIo(folder, ": ", error.message());
@@ -142,7 +150,7 @@ std::vector<std::string> globbed(const std::string& name) {
     std::vector<std::string> files;
     if (glob(name.c_str(), 0, nullptr, &found) == 0)
         for (size_t k = 0; k < found.gl_pathc; ++k)
-            if (!isDepthBeside(found.gl_pathv[k]) &&
+            if (!isDepthBeside(found.gl_pathv[k]) && !isMapBeside(found.gl_pathv[k]) &&
                 isImageEnding(fs::path(found.gl_pathv[k]).extension().string()))
                 files.push_back(found.gl_pathv[k]);
     globfree(&found);
