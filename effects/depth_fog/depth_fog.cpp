@@ -172,9 +172,11 @@ BRUME_INLINE void airlightTile(const DepthFog& p, const Constants& k, const View
         }
     } else {
         // Henyey-Greenstein by the distance of two unit vectors, which does not cancel in the forward peak.
+        // A negative g peaks away from the sun: the same lobe about the opposite direction.
+        const float side = g < 0.0f ? -1.0f : 1.0f, peak = std::fabs(g);
         for (int i = 0; i < count; i++) {
-            float ax = dx[i] - sx, ay = dy[i] - sy, az = dz[i] - sz;
-            float denominator = (1 - g) * (1 - g) + g * (ax * ax + ay * ay + az * az);
+            float ax = dx[i] - side * sx, ay = dy[i] - side * sy, az = dz[i] - side * sz;
+            float denominator = (1 - peak) * (1 - peak) + peak * (ax * ax + ay * ay + az * az);
             lobe[i] = 1.0f / (denominator * std::sqrt(denominator));
         }
     }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <opencv2/core.hpp>
 
 #include "cpu/image_pool.hpp"
@@ -32,7 +33,10 @@ static Chain preset(const std::string& effects) {
 }
 
 static bool sameBits(const cv::Mat& a, const cv::Mat& b) {
-    return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
+    if (a.size() != b.size() || a.type() != b.type()) return false;
+    for (int j = 0; j < a.rows; j++)
+        if (std::memcmp(a.ptr(j), b.ptr(j), a.cols * a.elemSize()) != 0) return false;
+    return true;
 }
 
 static const char* fog = R"({"effect": "depth_fog", "visibility": 90})";
@@ -48,11 +52,6 @@ TEST(CpuRunner, FusedStepsGiveTheBitsOfSeparateOnes) {
     auto one = runner->run(preset(fog), pair, {"transmittance"});
     auto second = pair;
     second.color = one.images["color"].clone();
-    second.images["first"] = pair.color;
-    auto two = runner->run(
-        preset(R"({"effect": "blend", "mode": "add", "strength": 0.25, "second": "captured"})"), second, {});
-    // `captured` of the second run is the fogged picture; the fused chain adds the original: so do it by
-    // hand.
     cv::Mat sum = one.images["color"].clone();
     for (int k = 0; k < sum.rows * sum.cols; k++)
         for (int n = 0; n < 3; n++) sum.ptr<cv::Vec4f>()[k][n] += pair.color.ptr<cv::Vec4f>()[k][n] * .25f;
