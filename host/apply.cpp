@@ -169,6 +169,7 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
                 isAsBefore
                     ? tasks.back().making.preset
                     : std::make_shared<std::string>(writePreset(withSettings(chain, task.making.settings)));
+            task.missing = inputs[frame].missing;
             task.output = names.of(inputs[frame].color, frame, variants[variant], task.making.settings);
             tasks.push_back(std::move(task));
         }
@@ -218,6 +219,9 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
     if (firstError.empty()) return;
     if (a.keepGoing && batch.tasks.size() > 1)
         failIo(report.failed(), " of ", batch.tasks.size(), " outputs failed; the first: ", firstError);
+    if (finished < batch.tasks.size())
+        firstError += text("; stopped after ", finished, " of ", batch.tasks.size(),
+                           " outputs: --keep-going makes the others");
     throw Error(firstKind, firstError);
 }
 
@@ -263,6 +267,9 @@ void apply(Arguments a) {
                   " carries pictures from frame to frame; --resume and --shard would tear them apart");
 
     std::vector<FrameFiles> inputs = expandFrames(a.frames, a.frame.depth);
+    for (const FrameFiles& input : inputs)
+        if (!input.missing.empty() && !a.keepGoing)
+            failIo(input.missing, "; --keep-going makes the other frames");
     OutputNames names(a.out, a.format, inputs.size());
     parseShard(a.shard);
     batch.runner = a.backend.makeRunner(chain);

@@ -180,8 +180,9 @@ class Run {
             tbb::collaborative_call_once(frame.once, [&] {
                 auto start = Clock::now();
                 try {
-                    frame.captured = readFrame(FrameFiles{making.input, making.frame.depth, making.time},
-                                               int(making.index), making.frame.read());
+                    frame.captured = readFrame(
+                        FrameFiles{making.input, making.frame.depth, making.time, token->task->missing},
+                        int(making.index), making.frame.read());
                     frame.captured.seed = making.seed;
                     if (frame.captured.time == 0 && !making.time)
                         frame.captured.time = double(making.index) / making.framesPerSecond;

@@ -18,6 +18,7 @@ struct Task {
     size_t variant = 0;  ///< place in the frame's variants
     Making making;
     std::string output;
+    std::string missing;  ///< FrameFiles::missing
 };
 
 struct Outcome {

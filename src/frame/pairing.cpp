@@ -35,13 +35,45 @@ std::string depthFileFor(const std::string& colorPath, const std::string& patter
     failIo(colorPath, ": its depth ", beside.string(), " does not exist");
 }
 
+namespace {
+
+// Endings of a colour's and its depth's stem that belong together.
+const std::vector<std::pair<std::string, std::string>> twins = {
+    {"", ".depth"}, {"", "_depth"}, {"_color", "_depth"}, {"_rgb", "_depth"}};
+
+// The image of that folder and stem, whatever its format, or empty.
+std::string imageAt(const fs::path& folder, const std::string& stem) {
+    for (const std::string& ending : endings)
+        if (fs::path path = folder / (stem + ending); fs::exists(path)) return path.string();
+    return "";
+}
+
+// The stem with `from` at its end replaced by `to`, or empty where it does not end so.
+std::string exchanged(const std::string& stem, const std::string& from, const std::string& to) {
+    if (!stem.ends_with(from) || stem.size() == from.size()) return "";
+    return stem.substr(0, stem.size() - from.size()) + to;
+}
+
+}  // namespace
+
 std::string depthFileBeside(const std::string& colorPath) {
-    const fs::path base = fs::path(colorPath).parent_path() / stemOf(colorPath);
-    for (const std::string& ending : endings) {
-        const std::string path = base.string() + ".depth" + ending;
-        if (fs::exists(path)) return path;
+    for (const auto& [color, depth] : twins) {
+        const std::string stem = exchanged(stemOf(colorPath), color, depth);
+        if (stem.empty()) continue;
+        const std::string path = imageAt(fs::path(colorPath).parent_path(), stem);
+        if (!path.empty()) return path;
     }
     return "";
+}
+
+bool isDepthBeside(const std::string& path) {
+    const std::string stem = stemOf(path);
+    if (stem.ends_with(".depth")) return true;
+    for (const auto& [color, depth] : twins) {
+        const std::string partner = exchanged(stem, depth, color);
+        if (!partner.empty() && !imageAt(fs::path(path).parent_path(), partner).empty()) return true;
+    }
+    return false;
 }
 
 }  // namespace brume

@@ -15,7 +15,11 @@ std::string stemOf(const std::string& path);
 /// current one. Throws Error (Io) where there is no such file.
 std::string depthFileFor(const std::string& colorPath, const std::string& pattern);
 
-/// NAME.depth.EXT beside NAME.EXT, or empty.
+/// The depth beside a colour file, or empty: NAME.depth.EXT or NAME_depth.EXT beside NAME.EXT, or
+/// NAME_depth.EXT beside NAME_color.EXT or NAME_rgb.EXT.
 std::string depthFileBeside(const std::string& colorPath);
+
+/// Whether a file is the depth of a colour file that lies beside it, by those names; a name in .depth always.
+bool isDepthBeside(const std::string& path);
 
 }  // namespace brume

@@ -116,18 +116,18 @@ std::map<long, std::string> matching(const std::string& name) {
     return found;
 }
 
-bool isDepthBeside(const fs::path& path) { return path.stem().extension() == ".depth"; }
-
 // NAME.sun.exr beside NAME.json: a light's map that NAME's sidecar speaks of, no frame of its own.
 bool isMapBeside(const fs::path& path) {
     const fs::path owner = path.stem().stem();
-    return !path.stem().extension().empty() && !isDepthBeside(path) &&
+    return !path.stem().extension().empty() && !isDepthBeside(path.string()) &&
            fs::exists(path.parent_path() / (owner.string() + ".json")) &&
            !fs::exists(fs::path(path).replace_extension(".json"));
 }
 
 std::string depthStem(const std::string& path) {
-    return isDepthBeside(path) ? fs::path(path).stem().stem().string() : stemOf(path);
+    return path.ends_with(".depth" + fs::path(path).extension().string())
+               ? fs::path(path).stem().stem().string()
+               : stemOf(path);
 }
 
 std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
@@ -136,7 +136,8 @@ std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     for (const auto& entry : fs::directory_iterator(folder, error)) {
         const fs::path& path = entry.path();
         if (entry.is_regular_file() && isImageEnding(path.extension().string()) &&
-            (depths || !isDepthBeside(path)) && !isMapBeside(path) && path.filename().string()[0] != '.')
+            (depths || !isDepthBeside(path.string())) && !isMapBeside(path) &&
+            path.filename().string()[0] != '.')
             images.push_back(path.string());
     }
     if (error) failIo(folder, ": ", error.message());
@@ -278,16 +279,28 @@ std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vect
         for (FrameFiles& f : frames) f.depth = numberDepth(f);
         return frames;
     }
-    for (const FrameFiles& f : frames)
-        if (stemDepth(f).empty())
-            failIo(f.color, ": ", name, " holds no depth of the same name, number or time");
+    // Some are missing: the way that serves the most frames tells which.
+    const auto served = [&](auto&& depthOf) {
+        return std::count_if(frames.begin(), frames.end(),
+                             [&](const FrameFiles& f) { return !depthOf(f).empty(); });
+    };
+    const bool byNumbers = numbersDiffer && served(numberDepth) > served(stemDepth);
+    for (FrameFiles& f : frames) {
+        f.depth = byNumbers ? numberDepth(f) : stemDepth(f);
+        if (f.depth.empty())
+            f.missing = text(f.color, ": ", name, " holds no depth of the same name, number or time");
+    }
     return frames;
 }
 
 std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const std::string& depth) {
     std::vector<FrameFiles> paired = frames;
     if (depth.find("{stem}") != std::string::npos) {
-        for (FrameFiles& f : paired) f.depth = depthFileFor(f.color, depth);
+        for (FrameFiles& f : paired) try {
+                f.depth = depthFileFor(f.color, depth);
+            } catch (const Error& e) {
+                f.missing = e.what();
+            }
         return paired;
     }
     if (isList(depth) || fs::is_directory(depth)) {
@@ -303,9 +316,11 @@ std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const s
         for (FrameFiles& f : paired) {
             const std::optional<long> number = numberOf(f.color);
             const auto found = number ? files.find(*number) : files.end();
-            if (found == files.end())
-                failIo(f.color, ": has no depth ", number ? filled(*patternIn(depth), *number) : depth);
-            f.depth = found->second;
+            if (found != files.end())
+                f.depth = found->second;
+            else
+                f.missing =
+                    text(f.color, ": has no depth ", number ? filled(*patternIn(depth), *number) : depth);
         }
         return paired;
     }
@@ -323,6 +338,9 @@ std::vector<FrameFiles> expandFrames(const std::vector<std::string>& names, cons
     for (const std::string& name : names)
         for (const FrameFiles& frame : colorFiles(name)) frames.push_back(frame);
     if (!depth.empty()) frames = withDepth(frames, depth);
+    if (std::all_of(frames.begin(), frames.end(), [](const FrameFiles& f) { return !f.missing.empty(); }) &&
+        !frames.empty())
+        failIo(frames.front().missing);
     if (!frames.empty() && frames.front().time) {
         const double first = *frames.front().time;
         for (FrameFiles& f : frames)
@@ -332,6 +350,7 @@ std::vector<FrameFiles> expandFrames(const std::vector<std::string>& names, cons
 }
 
 FramePair readFrame(const FrameFiles& files, int index, const ReadOptions& options) {
+    if (!files.missing.empty()) failIo(files.missing);
     ReadOptions withFiles = options;
     if (!files.depth.empty()) withFiles.depth = files.depth;
     FramePair frame = readFrame(files.color, withFiles);

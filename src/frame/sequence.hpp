@@ -13,6 +13,7 @@ struct FrameFiles {
     std::string color;
     std::string depth;           ///< empty: in the colour file, named by its sidecar, or beside it
     std::optional<double> time;  ///< s, where the names or the list hold timestamps; the first frame is at 0
+    std::string missing;         ///< why it has no depth though `depth` should have given one, or empty
 };
 
 /// Each of `frames` is a file; a folder of images; a pattern with one run of # or a %d ("shot.####.exr",
@@ -22,9 +23,10 @@ struct FrameFiles {
 /// `depth` (may be empty) is a file, for a single frame; a pattern with {stem} or with the same # or %d; a
 /// folder; or a list of "time depth" (TUM's depth.txt). Files of a folder or list pair by equal stem, else by
 /// the last number in it ("rgb_0012" and "depth_0012"), else by nearest timestamp, at most .02 s apart:
-/// frames without a depth that near are left out, as TUM's own tool does.
+/// frames without a depth that near are left out, as TUM's own tool does. A frame for which there is no depth
+/// otherwise says so in `missing`; reading it throws that sentence.
 ///
-/// Throws Error (Io): nothing matches, a frame has no depth, a depth is claimed twice.
+/// Throws Error (Io): nothing matches, no frame has a depth.
 std::vector<FrameFiles> expandFrames(const std::vector<std::string>& frames, const std::string& depth = "");
 
 /// Reads one of them; `index` is its place in the sequence. Safe to call from several threads.

@@ -1,5 +1,6 @@
 #include "frame/sequence.hpp"
 
+#include "frame/pairing.hpp"
 #include "frame_fixture.hpp"
 
 namespace brume {
@@ -32,6 +33,35 @@ TEST_F(Sequences, FoldersCountAsPeopleDo) {
     EXPECT_EQ(expanded({folder.string()}), (Names{"f9.png", "f009a.png", "f10.png"}));
 }
 
+TEST_F(Sequences, DepthBesideIsNoFrameAndIsFound) {
+    touch({"a.png", "a.depth.exr", "b_color.npy", "b_depth.npy", "c_rgb.png", "c_depth.png", "d.jpg",
+           "d_depth.png", "ocean_depth.png", "lone.depth.exr"});
+    EXPECT_EQ(expanded({folder.string()}),
+              (Names{"a.png", "b_color.npy", "c_rgb.png", "d.jpg", "ocean_depth.png"}));
+    for (const auto& [color, depth] : {std::pair{"a.png", "a.depth.exr"},
+                                       {"b_color.npy", "b_depth.npy"},
+                                       {"c_rgb.png", "c_depth.png"},
+                                       {"d.jpg", "d_depth.png"},
+                                       {"ocean_depth.png", ""}})
+        EXPECT_EQ(depthFileBeside(file(color)), *depth ? file(depth) : "") << color;
+}
+
+TEST_F(Sequences, AMissingDepthConcernsItsFrameOnly) {
+    touch({"rgb/1.png", "rgb/2.png", "rgb/3.png", "z/1.exr", "z/3.exr", "n/d_1.exr", "n/d_2.exr"});
+    for (const std::string& depth : {file("z"), std::string("../z/{stem}.exr"), file("z/#.exr")}) {
+        const auto frames = expandFrames({file("rgb")}, depth);
+        ASSERT_EQ(frames.size(), 3u) << depth;
+        EXPECT_EQ(frames[0].missing + frames[2].missing, "") << depth;
+        EXPECT_NE(frames[1].missing.find("2.png"), std::string::npos) << depth;
+        EXPECT_EQ(sentenceOf(ErrorKind::Io, [&] { readFrame(frames[1], 1); }), frames[1].missing);
+    }
+    const auto byNumber = expandFrames({file("rgb")}, file("n"));
+    EXPECT_EQ(byNumber[1].depth, file("n/d_2.exr"));
+    EXPECT_NE(byNumber[2].missing, "");
+    EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, "{stem}.no"); }).find("1.png"),
+              std::string::npos);
+}
+
 TEST_F(Sequences, Patterns) {
     touch({"s.0001.exr", "s.0002.exr", "s.0010.exr", "s.12345.exr", "s.003.exr", "s.abcd.exr", "t.0001.exr"});
     EXPECT_EQ(expanded({file("s.####.exr")}),
@@ -58,8 +88,7 @@ TEST_F(Sequences, DepthByPatternStemNumberOrFolder) {
                   .find("one depth file"),
               std::string::npos);
     touch({"rgb/a_03.png"});
-    EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, file("depth")); }).find("a_03"),
-              std::string::npos);
+    EXPECT_NE(expandFrames({file("rgb")}, file("depth")).back().missing.find("a_03"), std::string::npos);
 }
 
 TEST_F(Sequences, TumPairsNearestTimestamps) {

@@ -128,6 +128,23 @@ TEST_F(Batch, aBadFrameIsNamedAndTheOthersAreMade) {
     ran = brume("apply depth_fog in -o out3 --jobs 1");
     EXPECT_EQ(ran.status, 3);
     EXPECT_EQ(pictures("out3").size(), 2u);
+    EXPECT_THAT(ran.err, HasSubstr("--keep-going makes the others"));
+}
+
+TEST_F(Batch, aFrameWithoutItsDepthIsNamedAndTheOthersAreMade) {
+    addFrames(3);
+    for (const char* name : {"f.0001.exr", "f.0003.exr"})
+        fs::copy(path("in/" + std::string(name)), path("z_" + std::string(name)));
+    std::string apply = "apply depth_fog in --depth '../z_{stem}.exr' -o out";
+    auto ran = brume(apply);
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("f.0002.exr: its depth"));
+    EXPECT_FALSE(fs::exists(path("out"))) << "known before any work";
+    ran = brume(apply + " --keep-going");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("1 of 3 outputs failed"));
+    EXPECT_THAT(ran.err, HasSubstr("f.0002.exr"));
+    EXPECT_EQ(pictures("out").size(), 2u);
 }
 
 TEST_F(Batch, resumeMakesOnlyWhatIsMissing) {
