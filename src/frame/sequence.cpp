@@ -116,13 +116,30 @@ std::map<long, std::string> matching(const std::string& name) {
     return found;
 }
 
-// NAME.sun.exr beside NAME.json: a light's map that NAME's sidecar speaks of, no frame of its own.
-bool isMapBeside(const fs::path& path) {
-    const fs::path owner = path.stem().stem();
-    return !path.stem().extension().empty() && !isDepthBeside(path.string()) &&
-           fs::exists(path.parent_path() / (owner.string() + ".json")) &&
-           !fs::exists(fs::path(path).replace_extension(".json"));
-}
+/// What a folder's sidecars speak of: a light's map is no frame of its own. A sequence's sidecars share their
+/// maps, so the first tells.
+class SpokenOf {
+  public:
+    explicit SpokenOf(const fs::path& folder) {
+        std::error_code error;
+        fs::path first;
+        for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error))
+            if (entry.path().extension() == ".json" && (first.empty() || entry.path() < first))
+                first = entry.path();
+        std::ifstream in(first);
+        if (!first.empty()) sidecar_.assign(std::istreambuf_iterator<char>(in), {});
+    }
+    bool operator()(const fs::path& path) const {
+        const fs::path owner = path.stem().stem();  // NAME.sun.exr beside NAME.json
+        const bool isBeside = !path.stem().extension().empty() && !isDepthBeside(path.string()) &&
+                              fs::exists(path.parent_path() / (owner.string() + ".json"));
+        return (isBeside || sidecar_.find('"' + path.filename().string() + '"') != std::string::npos) &&
+               !fs::exists(fs::path(path).replace_extension(".json"));
+    }
+
+  private:
+    std::string sidecar_;
+};
 
 std::string depthStem(const std::string& path) {
     return path.ends_with(".depth" + fs::path(path).extension().string())
@@ -133,11 +150,11 @@ std::string depthStem(const std::string& path) {
 std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     std::vector<std::string> images;
     std::error_code error;
+    const SpokenOf isMap(folder);
     for (const auto& entry : fs::directory_iterator(folder, error)) {
         const fs::path& path = entry.path();
         if (entry.is_regular_file() && isImageEnding(path.extension().string()) &&
-            (depths || !isDepthBeside(path.string())) && !isMapBeside(path) &&
-            path.filename().string()[0] != '.')
+            (depths || !isDepthBeside(path.string())) && !isMap(path) && path.filename().string()[0] != '.')
             images.push_back(path.string());
     }
     if (error) failIo(folder, ": ", error.message());
@@ -151,9 +168,14 @@ std::vector<std::string> globbed(const std::string& name) {
     std::vector<std::string> files;
     if (glob(name.c_str(), 0, nullptr, &found) == 0)
         for (size_t k = 0; k < found.gl_pathc; ++k)
-            if (!isDepthBeside(found.gl_pathv[k]) && !isMapBeside(found.gl_pathv[k]) &&
+            if (!isDepthBeside(found.gl_pathv[k]) &&
                 isImageEnding(fs::path(found.gl_pathv[k]).extension().string()))
                 files.push_back(found.gl_pathv[k]);
+    std::map<fs::path, SpokenOf> isMap;
+    std::erase_if(files, [&](const std::string& file) {
+        const fs::path folder = fs::path(file).parent_path();
+        return isMap.try_emplace(folder, folder).first->second(file);
+    });
     globfree(&found);
     if (files.empty()) failIo(name, ": no file matches");
     std::sort(files.begin(), files.end(), countsBefore);

@@ -46,6 +46,16 @@ TEST_F(Sequences, DepthBesideIsNoFrameAndIsFound) {
         EXPECT_EQ(depthFileBeside(file(color)), *depth ? file(depth) : "") << color;
 }
 
+TEST_F(Sequences, ALightsMapIsNoFrame) {
+    touch({"walk.sun.exr", "walk_0.exr", "walk_0.depth.exr", "walk_1.exr", "walk_1.depth.exr", "one.exr",
+           "one.moon.exr", "one.json", "walk_1.json"});
+    writeText("walk_0.json", R"({"lights": [{"shadow_map": "walk.sun.exr"}]})");
+    writeText("one.json", R"({"lights": [{"shadow_map": "walk.sun.exr"}]})");
+    const Names frames = {"one.exr", "walk_0.exr", "walk_1.exr"};
+    EXPECT_EQ(expanded({folder.string()}), frames);
+    EXPECT_EQ(expanded({file("*.exr")}), frames);
+}
+
 TEST_F(Sequences, AMissingDepthConcernsItsFrameOnly) {
     touch({"rgb/1.png", "rgb/2.png", "rgb/3.png", "z/1.exr", "z/3.exr", "n/d_1.exr", "n/d_2.exr"});
     for (const std::string& depth : {file("z"), std::string("../z/{stem}.exr"), file("z/#.exr")}) {
