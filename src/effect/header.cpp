@@ -160,7 +160,7 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
     header.linear = where.strict;
     where.checkKeys(object,
                     {"ISFVSN", "VSN", "DESCRIPTION", "CREDIT", "CATEGORIES", "INPUTS", "PASSES", "IMPORTED",
-                     "SPACE", "POINTWISE", "WRITES", "DERIVED", "TOLERANCE", "CHART", "BREAKS"});
+                     "SPACE", "POINTWISE", "WRITES", "DERIVED", "TOLERANCE", "CHART", "STABILITY", "BREAKS"});
     try {
         header.description = textOf(object, "DESCRIPTION", where);
         header.credit = textOf(object, "CREDIT", where);
@@ -195,6 +195,8 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
             header.tolerance = readTolerance(*item, where.in("TOLERANCE"));
         if (auto item = object.find("CHART"); item != object.end())
             header.chart = std::make_shared<const json>(*item);
+        if (auto item = object.find("STABILITY"); item != object.end())
+            header.stability = std::make_shared<const json>(*item);
     } catch (const json::exception& error) {
         where.fail("a value has the wrong type: ", error.what());
     }

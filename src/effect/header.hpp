@@ -65,9 +65,10 @@ struct EffectHeader {
     bool pointwise = false;  ///< output pixel depends on the input's same pixel only
     bool writesTransmittance = false;
     Tolerance tolerance;
-    std::shared_ptr<const nlohmann::json> chart;  ///< CHART as written, or null
-    std::string body;                             ///< the GLSL after the comment
-    int bodyLine = 1;                             ///< the line of `path` on which the body begins
+    std::shared_ptr<const nlohmann::json> chart;      ///< CHART as written, or null
+    std::shared_ptr<const nlohmann::json> stability;  ///< STABILITY as written, or null
+    std::string body;                                 ///< the GLSL after the comment
+    int bodyLine = 1;                                 ///< the line of `path` on which the body begins
 
     /// The image parameter that the chain's `input` is bound to: "inputImage", or empty for a generator.
     std::string mainImage() const;
