@@ -17,6 +17,7 @@
 
 #include "error.hpp"
 #include "frame/exr_deep.hpp"
+#include "frame/exr_zip.hpp"
 #include "frame/image_file.hpp"
 
 namespace brume {
@@ -36,7 +37,7 @@ std::string withoutPrefix(std::string message, const std::string& path) {
 
 // OpenEXR's C++ reader allocates its chunk table as it opens; the C core reads headers without, so it goes
 // first and holds the limits.
-void validateHeaders(const std::string& path, size_t maxPixels) {
+OpenExr openWithinLimits(const std::string& path, size_t maxPixels) {
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     thread_local std::string complaint;
     complaint.clear();
@@ -49,7 +50,7 @@ void validateHeaders(const std::string& path, size_t maxPixels) {
         if (complaint.rfind(prefix, 0) == 0) complaint.erase(0, prefix.size());
         failDamaged(path, complaint);
     }
-    const std::unique_ptr<exr_context_t, exr_result_t (*)(exr_context_t*)> owner(&context, exr_finish);
+    OpenExr owner(context);
     const uintmax_t fileSize = std::filesystem::file_size(path);
     int parts = 0;
     exr_get_count(context, &parts);
@@ -73,6 +74,7 @@ void validateHeaders(const std::string& path, size_t maxPixels) {
             if (exr_read_scanline_chunk_info(context, part, row, &place) != EXR_ERR_SUCCESS)
                 failIo(path, ": is truncated or damaged: blocks of pixels are not where its table says");
     }
+    return owner;
 }
 
 bool isDeep(const Imf::Header& header) { return header.hasType() && Imf::isDeepData(header.type()); }
@@ -106,7 +108,7 @@ ExrFile::ExrFile(const std::string& path, size_t maxPixels) : path_(path) {
     std::call_once(threads, [] {
         if (Imf::globalThreadCount() == 0) Imf::setGlobalThreadCount(cv::getNumThreads());
     });
-    validateHeaders(path, maxPixels);
+    core_ = openWithinLimits(path, maxPixels);
     try {
         file_ = std::make_unique<Imf::MultiPartInputFile>(
             path.c_str(), Imf::globalThreadCount(),
@@ -140,6 +142,8 @@ ExrFile::ExrFile(const std::string& path, size_t maxPixels) : path_(path) {
 
 ExrFile::~ExrFile() = default;
 
+void CloseExr::operator()(_priv_exr_context_t* file) const { exr_finish(&file); }
+
 const Imf::Header& ExrFile::header(int part) const { return file_->header(part); }
 
 void ExrFile::read(const std::vector<Request>& requests) {
@@ -160,6 +164,51 @@ void ExrFile::read(const std::vector<Request>& requests) {
     }
 }
 
+/// Where a channel goes: its first pixel, and floats from pixel to pixel and row to row.
+struct ExrFile::Target {
+    float* first = nullptr;
+    size_t xStride = 1, yStride = 0;
+};
+
+bool ExrFile::isZipped(int part) const {
+    const Imf::Header& header = file_->header(part);
+    if (header.hasType() && header.type() != Imf::SCANLINEIMAGE) return false;
+    if (header.hasTileDescription()) return false;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+        if (c.channel().xSampling != 1 || c.channel().ySampling != 1) return false;
+    return header.compression() == Imf::ZIP_COMPRESSION || header.compression() == Imf::ZIPS_COMPRESSION;
+}
+
+void ExrFile::readZipped(int part, const std::map<std::string, Target>& targets) {
+    const Imf::Header& header = file_->header(part);
+    const Imath::Box2i data = header.dataWindow();
+    ExrRows rows;
+    rows.size = {data.max.x - data.min.x + 1, data.max.y - data.min.y + 1};
+    rows.rowsABlock = header.compression() == Imf::ZIP_COMPRESSION ? 16 : 1;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+        const Imf::PixelType type = c.channel().type;
+        ExrRows::Channel channel;
+        channel.type = type == Imf::HALF    ? ExrRows::Type::Half
+                       : type == Imf::FLOAT ? ExrRows::Type::Float
+                                            : ExrRows::Type::Uint;
+        if (const auto target = targets.find(c.name()); target != targets.end())
+            channel = {channel.type, target->second.first, target->second.xStride, target->second.yStride};
+        rows.channels.push_back(channel);
+    }
+    readZipRows(core_.get(), part, data.min.y, rows, path_);
+}
+
+void ExrFile::readDecoded(int part, const std::map<std::string, Target>& targets) {
+    const Imath::Box2i data = file_->header(part).dataWindow();
+    Imf::FrameBuffer buffer;
+    for (const auto& [name, target] : targets)
+        buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, target.first, data, target.xStride * sizeof(float),
+                                             target.yStride * sizeof(float)));
+    Imf::InputPart in(*file_, part);
+    in.setFrameBuffer(buffer);
+    in.readPixels(data.min.y, data.max.y);
+}
+
 void ExrFile::readPart(int part, const std::vector<Request>& requests) {
     const Imf::Header& header = file_->header(part);
     const Imath::Box2i data = header.dataWindow(), display = header.displayWindow();
@@ -168,7 +217,7 @@ void ExrFile::readPart(int part, const std::vector<Request>& requests) {
     const bool deep = isDeep(header);
     if (deep && header.type() != Imf::DEEPSCANLINE) failIo(path_, ": deep tiles are not supported");
 
-    Imf::FrameBuffer buffer;
+    std::map<std::string, Target> targets;
     std::vector<std::string> names;
     std::vector<cv::Mat> planes(whole ? 0 : requests.size());
     for (size_t k = 0; k < requests.size(); ++k) {
@@ -181,17 +230,14 @@ void ExrFile::readPart(int part, const std::vector<Request>& requests) {
         if (deep) continue;
         if (!whole) planes[k].create(dataSize, CV_32F);
         cv::Mat& target = whole ? *r.image : planes[k];
-        const size_t xStride = target.elemSize(), yStride = target.step;
-        char* first = reinterpret_cast<char*>(target.data) + (whole ? sizeof(float) * r.to : 0);
-        buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, first, data, xStride, yStride));
+        targets[name] = {target.ptr<float>() + (whole ? r.to : 0), size_t(target.channels()), target.step1()};
     }
-    if (deep) {
+    if (deep)
         planes = flattenDeep(*file_, part, names, path_);
-    } else {
-        Imf::InputPart in(*file_, part);
-        in.setFrameBuffer(buffer);
-        in.readPixels(data.min.y, data.max.y);
-    }
+    else if (isZipped(part))
+        readZipped(part, targets);
+    else
+        readDecoded(part, targets);
     if (whole) return;
     const cv::Rect visible =
         cv::Rect(cv::Point(data.min.x - display.min.x, data.min.y - display.min.y), dataSize) &

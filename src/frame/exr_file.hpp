@@ -3,12 +3,21 @@
 
 #include <ImfForward.h>
 
+#include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
+struct _priv_exr_context_t;
+
 namespace brume {
+
+/// OpenEXR's C core, open on a file for reading.
+struct CloseExr {
+    void operator()(_priv_exr_context_t* file) const;
+};
+using OpenExr = std::unique_ptr<_priv_exr_context_t, CloseExr>;
 
 struct ExrChannel {
     int part = 0;
@@ -43,10 +52,15 @@ class ExrFile {
     void read(const std::vector<Request>& requests);
 
   private:
+    struct Target;
     void readPart(int part, const std::vector<Request>& requests);
+    bool isZipped(int part) const;
+    void readZipped(int part, const std::map<std::string, Target>& targets);
+    void readDecoded(int part, const std::map<std::string, Target>& targets);
 
     std::string path_;
     cv::Size size_;
+    OpenExr core_;
     std::unique_ptr<Imf::MultiPartInputFile> file_;
     std::vector<ExrChannel> channels_;
     std::string defaultView_;

@@ -1,54 +1,54 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfOutputFile.h>
+#include <ImfIO.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
-#include <half.h>
+#include <ImfVersion.h>
 
-#include <opencv2/core/utility.hpp>
+#include <map>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "error.hpp"
+#include "frame/exr_zip.hpp"
+#include "frame/image_file.hpp"
 #include "frame/image_writers.hpp"
 
 namespace brume {
 
 namespace {
 
-/// Planes of halves, finite values beyond the half range clipped.
-std::vector<half> toHalf(const cv::Mat& image, int component) {
-    const int channels = image.channels();
-    std::vector<half> plane(image.total());
-    cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range& rows) {
-        for (int j = rows.start; j < rows.end; ++j) {
-            const float* in = image.ptr<float>(j) + component;
-            half* out = plane.data() + size_t(j) * image.cols;
-            for (int i = 0; i < image.cols; ++i, in += channels) {
-                const float v = *in;
-                const float clipped = v > HALF_MAX ? HALF_MAX : v < -HALF_MAX ? -HALF_MAX : v;
-                out[i] = half(std::isinf(v) ? v : clipped);
-            }
-        }
-    });
-    return plane;
+/// OpenEXR's stream over memory, for a header.
+class HeaderStream : public Imf::OStream {
+  public:
+    HeaderStream() : Imf::OStream("header") {}
+    void write(const char c[], int n) override { bytes.insert(bytes.end(), c, c + n); }
+    uint64_t tellp() override { return bytes.size(); }
+    void seekp(uint64_t) override {}  // only a preview image's place is asked for again
+    template <class T>
+    void put(T value) {
+        write(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    std::vector<unsigned char> bytes;
+};
+
+bool usesLongNames(const Imf::Header& header) {
+    for (auto attribute = header.begin(); attribute != header.end(); ++attribute)
+        if (std::string_view(attribute.name()).size() > 31) return true;
+    return false;
 }
 
-struct Planes {
+struct Content {
     Imf::Header& header;
-    Imf::FrameBuffer buffer;
-    std::vector<std::vector<half>> halves;
+    std::map<std::string, ExrRows::Channel> channels;  // a file's order is by name
 
     void add(const char* name, const cv::Mat& image, int component, bool asHalf) {
         header.channels().insert(name, Imf::Channel(asHalf ? Imf::HALF : Imf::FLOAT));
-        if (asHalf) {
-            halves.push_back(toHalf(image, component));
-            buffer.insert(name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves.back().data()),
-                                           sizeof(half), sizeof(half) * image.cols));
-        } else {
-            char* first = const_cast<char*>(reinterpret_cast<const char*>(image.ptr<float>() + component));
-            buffer.insert(name, Imf::Slice(Imf::FLOAT, first, image.elemSize(), image.step));
-        }
+        channels[name] = {asHalf ? ExrRows::Type::Half : ExrRows::Type::Float,
+                          const_cast<float*>(image.ptr<float>() + component), size_t(image.channels()),
+                          image.step1()};
     }
 };
 
@@ -60,9 +60,7 @@ void writeExr(const std::string& path, const ExrContent& content) {
                                                  : content.depth;
     Imf::Header header(any.cols, any.rows);
     header.compression() = Imf::ZIP_COMPRESSION;
-    header.zipCompressionLevel() = 4;  // half the time of OpenEXR's 6 or more, for 1 % of size
-    Planes planes{header, {}, {}};
-    planes.halves.reserve(4);
+    Content planes{header, {}};
     const char* names[] = {"R", "G", "B", "A"};
     if (!content.color.empty())
         for (int c = 0; c < (content.alpha ? 4 : 3); ++c)
@@ -72,9 +70,23 @@ void writeExr(const std::string& path, const ExrContent& content) {
     try {
         putStatements(header, content.statements, content.folder);
         for (const auto& [name, value] : content.attributes) header.insert(name, Imf::StringAttribute(value));
-        Imf::OutputFile out(path.c_str(), header);
-        out.setFrameBuffer(planes.buffer);
-        out.writePixels(any.rows);
+        ExrRows rows;
+        rows.size = any.size();
+        for (const auto& [name, channel] : planes.channels) rows.channels.push_back(channel);
+        const std::vector<std::vector<uint8_t>> blocks = zipRows(rows);
+
+        HeaderStream head;
+        head.put<int32_t>(Imf::MAGIC);
+        head.put<int32_t>(Imf::EXR_VERSION | (usesLongNames(header) ? Imf::LONG_NAMES_FLAG : 0));
+        header.writeTo(head);
+        uint64_t place = head.bytes.size() + blocks.size() * sizeof(uint64_t);
+        for (const auto& block : blocks) {
+            head.put<uint64_t>(place);
+            place += block.size();
+        }
+        std::vector<std::span<const unsigned char>> pieces = {head.bytes};
+        pieces.insert(pieces.end(), blocks.begin(), blocks.end());
+        writeBytes(path, pieces);
     } catch (const std::exception& e) {
         failIo(path, ": cannot be written: ", e.what());
     }

@@ -30,9 +30,10 @@ std::vector<unsigned char> readBytes(const std::string& path, size_t limit) {
     return bytes;
 }
 
-void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes) {
+void writeBytes(const std::string& path, const std::vector<std::span<const unsigned char>>& pieces) {
     std::ofstream out(path, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    for (const auto& bytes : pieces)
+        out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     out.close();
     if (!out) failIo(path, ": cannot be written: ", std::strerror(errno));
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,7 @@ StoredImage loadThroughOpenImageIo(const std::string& path, size_t maxPixels);
 
 /// The whole file, at most `limit` bytes. Throws Error (Io).
 std::vector<unsigned char> readBytes(const std::string& path, size_t limit = SIZE_MAX);
-/// Throws Error (Io); what was written stays (see PendingFile).
-void writeBytes(const std::string& path, const std::vector<unsigned char>& bytes);
+/// The pieces in order. Throws Error (Io); what was written stays (see PendingFile).
+void writeBytes(const std::string& path, const std::vector<std::span<const unsigned char>>& pieces);
 
 }  // namespace brume

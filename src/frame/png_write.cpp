@@ -118,7 +118,7 @@ void writePng(const std::string& path, const cv::Mat& pixels, const TextAttribut
         data.clear();
     }
     putChunk(file, "IEND", nullptr, 0);
-    writeBytes(path, file);
+    writeBytes(path, {file});
 }
 
 }  // namespace brume

@@ -118,7 +118,7 @@ void writeNpy(const std::string& path, const cv::Mat& pixels) {
     bytes.insert(bytes.end(), header.begin(), header.end());
     for (int j = 0; j < pixels.rows; ++j)
         bytes.insert(bytes.end(), pixels.ptr(j), pixels.ptr(j) + pixels.cols * pixels.elemSize());
-    writeBytes(path, bytes);
+    writeBytes(path, {bytes});
 }
 
 void writeThroughOpenImageIo(const std::string& path, const cv::Mat& pixels, bool srgb,

@@ -83,7 +83,7 @@ extern "C" __attribute__((visibility("default"))) void brumeWriteImage(
     if (!out->open(path, spec) ||
         !out->write_image(type, pixels.data, OIIO::AutoStride, OIIO::stride_t(pixels.step)) || !out->close())
         failIo(path, ": cannot be written: ", reason(out->geterror()));
-    writeBytes(path, bytes.buffer());
+    writeBytes(path, {bytes.buffer()});
 }
 
 static_assert(std::is_same_v<decltype(brumeReadImage), ReadImageFunction>);
