@@ -14,6 +14,14 @@
      "HINT": "0 leaves the picture as it is; above 1 only for add"}
   ],
   "TOLERANCE": {"ABS": 1e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.05},
+  "CHART": {
+    "BEFORE": ["depth_fog"],
+    "SET": {"strength": 0.5},
+    "METHODS": [
+      {"NAME": "mix", "SET": {"mode": "mix"}}, {"NAME": "add", "SET": {"mode": "add"}},
+      {"NAME": "screen", "SET": {"mode": "screen"}}, {"NAME": "multiply", "SET": {"mode": "multiply"}}
+    ]
+  },
   "BREAKS": ["screen would darken values above 1: the larger of the two is taken there"]
 }*/
 #include "kit/image.glsl"

@@ -19,7 +19,13 @@
     {"NAME": "inverseOctaves", "TYPE": "float", "FROM": ["nearest", "farthest"]}
   ],
   "TOLERANCE": {"ABS": 2e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.09,
-                "REASON": "GLSL's log2 may be off by 2e-6 absolute where it crosses 0, as on Mesa"}
+                "REASON": "GLSL's log2 may be off by 2e-6 absolute where it crosses 0, as on Mesa"},
+  "CHART": {
+    "METHODS": [
+      {"NAME": "spectrum", "SET": {"palette": "spectrum"}},
+      {"NAME": "grey", "SET": {"palette": "grey"}}
+    ]
+  }
 }*/
 #include "kit/image.glsl"
 #include "kit/view.glsl"

@@ -66,6 +66,16 @@
     {"NAME": "sunLight", "TYPE": "vec3", "FROM": ["sun", "sun_color", "sun_direction", "sun_anisotropy"]}
   ],
   "TOLERANCE": {"ABS": 1e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.94},
+  "CHART": {
+    "METHODS": [
+      {"NAME": "exponential", "SET": {"model": "exponential"}},
+      {"NAME": "exponential squared", "SET": {"model": "exponential squared"}},
+      {"NAME": "linear", "SET": {"model": "linear"}},
+      {"NAME": "power", "SET": {"model": "power"}},
+      {"NAME": "exponential, sun", "SET": {"model": "exponential", "sun": "henyey-greenstein"}},
+      {"NAME": "exponential, encoded mixing", "SET": {"model": "exponential", "mixing": "encoded"}}
+    ]
+  },
   "BREAKS": [
     "power with an exponent below 1 has an infinite slope where the fog starts: there the last bits of the distance show",
     "planar distance is wrong in transmittance by up to .24 at the corner of a 110° view",

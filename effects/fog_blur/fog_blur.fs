@@ -48,7 +48,17 @@
   ],
   "TOLERANCE": {"ABS": 4e-6, "REL": 6e-5, "REFERENCE": 6e-6,
     "REASON": "weighted sums are divided by their weights, which may be as small as .05; the ladder's own error is stated by the reference"},
-  "CHART": {"reference": "reference", "method": "method", "sweep": {"radius": [1, 2, 4, 8, 16, 32]}},
+  "CHART": {
+    "BEFORE": ["depth_fog"],
+    "CASES": [
+      {"NAME": "radius 4", "SET": {"radius": 4}}, {"NAME": "radius 16", "SET": {"radius": 16}},
+      {"NAME": "radius 16, edges bleed", "SET": {"radius": 16, "edges": "bleed"}}
+    ],
+    "METHODS": [
+      {"NAME": "ladder", "SET": {"method": "ladder"}},
+      {"NAME": "gather", "SET": {"method": "gather"}}
+    ]
+  },
   "BREAKS": [
     "edges: bleed mixes up to half of a near surface into what lies behind its silhouette",
     "the ladder is within .02 of gather where edges bleed; beside silhouettes that are kept, somewhat more",

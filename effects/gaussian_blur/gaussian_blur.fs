@@ -58,7 +58,19 @@
   ],
   "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 4e-6,
     "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference and widens its bound only"},
-  "CHART": {"reference": "reference", "method": "method", "sweep": {"radius": [1, 2, 4, 8, 16, 32, 64, 128]}},
+  "CHART": {
+    "CASES": [
+      {"NAME": "radius 2", "SET": {"radius": 2}}, {"NAME": "radius 8", "SET": {"radius": 8}},
+      {"NAME": "radius 32", "SET": {"radius": 32}}, {"NAME": "radius 128", "SET": {"radius": 128}}
+    ],
+    "METHODS": [
+      {"NAME": "fir", "SET": {"method": "fir"}, "KNOB": "tolerance", "VALUES": [0.1, 0.01, 0.001, 1e-4, 1e-5]},
+      {"NAME": "decimated", "SET": {"method": "decimated"}, "KNOB": "tolerance", "VALUES": [0.001, 1e-4]},
+      {"NAME": "recursive", "SET": {"method": "recursive"}},
+      {"NAME": "box", "SET": {"method": "box"}},
+      {"NAME": "pascal", "SET": {"method": "pascal"}, "CASES": ["radius 2", "radius 8"]}
+    ]
+  },
   "BREAKS": [
     "box has an error of .05 of a bright point's height, and each of its three boxes replicates edges for itself",
     "pascal only knows radii whose square is a multiple of 1/2: below .5 it is the identity",

@@ -68,6 +68,10 @@
     ],
     "CHART": {
         "REFERENCE": {"method": "closed form"},
+        "CASES": [
+            {"NAME": "exponential", "SET": {"profile": "exponential"}},
+            {"NAME": "ramp", "SET": {"profile": "ramp"}}
+        ],
         "METHODS": [
             {"NAME": "closed form", "SET": {"method": "closed form"}},
             {"NAME": "table linear", "SET": {"method": "table linear"}, "KNOB": "table_size", "VALUES": [8, 16, 32, 64, 128, 256, 1024]},

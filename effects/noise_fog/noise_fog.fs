@@ -86,10 +86,17 @@
     "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 2e-6},
     "CHART": {
         "REFERENCE": {"method": "procedural"},
+        "CASES": [
+            {"NAME": "at the surface", "SET": {"where": "at the surface"}},
+            {"NAME": "along the ray", "SET": {"where": "along the ray"}},
+            {"NAME": "as a product", "SET": {"where": "as a product"}}
+        ],
         "METHODS": [
-            {"NAME": "procedural", "SET": {"method": "procedural"}},
-            {"NAME": "baked", "SET": {"method": "baked"}, "KNOB": "resolution", "VALUES": [32, 64, 128]},
-            {"NAME": "march", "SET": {"where": "along the ray", "method": "procedural"}, "KNOB": "steps", "VALUES": [1, 2, 4, 8, 16, 32, 64]}
+            {"NAME": "procedural", "SET": {"method": "procedural"}, "CASES": ["at the surface"]},
+            {"NAME": "baked", "SET": {"method": "baked"}, "KNOB": "resolution", "VALUES": ["32", "64", "128"], "CASES": ["at the surface"]},
+            {"NAME": "march", "SET": {"method": "procedural"}, "KNOB": "steps", "VALUES": [1, 2, 4, 8, 16, 32, 64], "CASES": ["along the ray"]},
+            {"NAME": "march, baked", "SET": {"method": "baked"}, "KNOB": "steps", "VALUES": [1, 2, 4, 8, 16, 32, 64], "CASES": ["along the ray"]},
+            {"NAME": "closed form", "CASES": ["as a product"]}
         ]
     },
     "BREAKS": [

@@ -97,6 +97,23 @@
   ],
   "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 1e-5,
     "REASON": "against the reference: up to 512 steps are summed in fp32, which was off by 7e-6 at most; GLSL against CPU uses 4 % of its bounds"},
+  "CHART": {
+    "CASES": [
+      {"NAME": "ground fog", "SET": {"density": 0.05, "height_falloff": "exponential", "height_start": 0}},
+      {"NAME": "box", "SET": {"density": 0, "boxes": [{"center": [0, 5, -30], "size": [40, 10, 40], "edge_falloff": "linear"}]}},
+      {"NAME": "lamps", "SET": {"density": 0.02, "sun_intensity": 0,
+       "point_lights": [{"position": [-4, 3, -12]}, {"position": [6, 4, -30], "color": [6, 8, 12]}]}},
+      {"NAME": "noise", "SET": {"density": 0.03, "noise": "subtractive", "noise_size": 10, "max_distance": 200}}
+    ],
+    "METHODS": [
+      {"NAME": "midpoint", "SET": {"method": "midpoint"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
+      {"NAME": "left", "SET": {"method": "left"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
+      {"NAME": "Gauss-Legendre", "SET": {"method": "gauss_legendre"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
+      {"NAME": "jittered", "SET": {"method": "jittered"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
+      {"NAME": "equiangular", "SET": {"method": "equiangular"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128], "CASES": ["lamps"]},
+      {"NAME": "shared noise", "SET": {"method": "shared_noise"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128], "CASES": ["noise"]}
+    ]
+  },
   "BREAKS": [
     "few steps against thin boxes, falloffs or shadows: banding (more steps, or jittered)",
     "midpoint in steps longer than a lamp's distance to the ray loses its glow (equiangular does not)",

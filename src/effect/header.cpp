@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "effect/header_chart.hpp"
 #include "effect/header_parts.hpp"
 
 namespace brume {
@@ -194,7 +195,7 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
         if (auto item = object.find("TOLERANCE"); item != object.end())
             header.tolerance = readTolerance(*item, where.in("TOLERANCE"));
         if (auto item = object.find("CHART"); item != object.end())
-            header.chart = std::make_shared<const json>(*item);
+            header.chart = std::make_shared<const Chart>(readChart(*item, header, where.in("CHART")));
         if (auto item = object.find("STABILITY"); item != object.end())
             header.stability = std::make_shared<const json>(*item);
     } catch (const json::exception& error) {

@@ -50,6 +50,8 @@ struct ImportedImage {
     std::string name, path;
 };
 
+struct Chart;
+
 struct EffectHeader {
     std::string name;  ///< the file's stem: the effect's id
     std::string path;
@@ -65,7 +67,7 @@ struct EffectHeader {
     bool pointwise = false;  ///< output pixel depends on the input's same pixel only
     bool writesTransmittance = false;
     Tolerance tolerance;
-    std::shared_ptr<const nlohmann::json> chart;      ///< CHART as written, or null
+    std::shared_ptr<const Chart> chart;               ///< CHART, or null (effect/header_chart.hpp)
     std::shared_ptr<const nlohmann::json> stability;  ///< STABILITY as written, or null
     std::string body;                                 ///< the GLSL after the comment
     int bodyLine = 1;                                 ///< the line of `path` on which the body begins

@@ -40,6 +40,9 @@ Parameter readParameter(const nlohmann::json& object, const Where& outer, bool i
 /// INPUTS of a foreign file.
 std::vector<Parameter> readForeignInputs(const nlohmann::json& inputs, const Where& where);
 
+/// CHART; `header` holds the parameters already.
+Chart readChart(const nlohmann::json& object, const EffectHeader& header, const Where& where);
+
 int lineAt(const std::string& text, size_t place);
 /// The description's comment and where the GLSL begins.
 std::pair<std::string, size_t> splitComment(const std::string& path, const std::string& text);
