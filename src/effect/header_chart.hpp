@@ -3,10 +3,11 @@
 //
 //   "CHART": {
 //     "SET":       {"color": [1, 1, 1]},                    // optional: holds for all that follows
-//     "REFERENCE": {"method": "closed form"},               // optional: what the reference is asked with instead
-//     "BEFORE":    ["depth_fog"],                           // optional: steps of a preset that run first, untimed
-//     "CASES":     [{"NAME": "radius 8", "SET": {"radius": 8}}],       // optional: problems, each with its truth
-//     "METHODS":   [{"NAME": "march", "SET": {"method": "march"}, "KNOB": "steps", "VALUES": [1, 2, 4],
+//     "REFERENCE": {"method": "closed form"},               // optional: what the reference is asked with
+//     instead "BEFORE":    ["depth_fog"],                           // optional: steps of a preset that run
+//     first, untimed "CASES":     [{"NAME": "radius 8", "SET": {"radius": 8}}],       // optional: problems,
+//     each with its truth "METHODS":   [{"NAME": "march", "SET": {"method": "march"}, "KNOB": "steps",
+//     "VALUES": [1, 2, 4],
 //                    "CASES": ["radius 8"], "BACKENDS": ["cpu"]}],     // the last four optional
 //     "PEERS":     [{"NAME": "cv::GaussianBlur", "RUN": "peer_opencv", "CASES": ["radius 8"]}]
 //   }

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -69,8 +70,8 @@ struct Legend {
     size_t lookOf(size_t place) const {
         size_t look = 0;
         for (size_t k = 0; k < place; k++)
-            look += entries[k].second == PlotSeries::Kind::Line ||
-                    entries[k].second == PlotSeries::Kind::Points;
+            look +=
+                entries[k].second == PlotSeries::Kind::Line || entries[k].second == PlotSeries::Kind::Points;
         return look;
     }
 };
@@ -81,20 +82,22 @@ std::string styleOf(PlotSeries::Kind kind, size_t look) {
     if (kind == Kind::Limit) return "with lines lw 1.5 dt 2 lc rgb '#333333'";
     const std::string color = std::string(" lc rgb '") + colors[look % colorCount] + "'";
     const std::string mark = " pt " + std::to_string(marks[look % markCount]);
-    return (kind == Kind::Line ? "with linespoints lw 1.8 ps .75" : "with points lw 1.8 ps 1.2") + mark + color;
+    return (kind == Kind::Line ? "with linespoints lw 1.8 ps .75" : "with points lw 1.8 ps 1.2") + mark +
+           color;
 }
 
 void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int index) {
     const auto x = rangeOf(panel, true), y = rangeOf(panel, false);
     auto shown = [&](const PlotPoint& p) {
-        return std::isfinite(p.x) && std::isfinite(p.y) && !(panel.logX && p.x <= 0) && (!panel.logY || p.y >= 0);
+        return std::isfinite(p.x) && std::isfinite(p.y) && !(panel.logX && p.x <= 0) &&
+               (!panel.logY || p.y >= 0);
     };
     out << "set title " << quoted(panel.title) << " offset 0,-.6 font ',12'\n"
         << "set xlabel " << quoted(panel.xLabel) << " offset 0,.4\nset ylabel " << quoted(panel.yLabel)
         << " offset .8,0\n"
         << (panel.logX ? "set logscale x\n" : "unset logscale x\n")
-        << (panel.logY ? "set logscale y\n" : "unset logscale y\n")
-        << "set xrange [" << number(x.first) << ':' << number(x.second) << "]\n"
+        << (panel.logY ? "set logscale y\n" : "unset logscale y\n") << "set xrange [" << number(x.first)
+        << ':' << number(x.second) << "]\n"
         << "set yrange [" << number(y.first) << ':' << number(y.second) << "]\n"
         << "unset label\nunset arrow\n";
     for (const PlotMark& m : panel.marks) {
@@ -103,8 +106,8 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
         const std::string at = number(m.at);
         if (m.isVertical)
             out << "set arrow from " << at << ",graph 0 to " << at
-                << ",graph 1 nohead lw 1.2 dt 3 lc rgb '#666666' back\nset label " << quoted(m.label) << " at "
-                << at << ",graph .02 rotate by 90 left offset -.55,0 font ',9' tc rgb '#666666'\n";
+                << ",graph 1 nohead lw 1.2 dt 3 lc rgb '#666666' back\nset label " << quoted(m.label)
+                << " at " << at << ",graph .02 rotate by 90 left offset -.55,0 font ',9' tc rgb '#666666'\n";
         else
             out << "set arrow from graph 0," << at << " to graph 1," << at
                 << " nohead lw 1.2 dt 2 lc rgb '#666666' back\nset label " << quoted(m.label)
@@ -126,20 +129,22 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
                 labels |= !p.label.empty();
                 out << number(p.x) << ' ' << number(std::clamp(p.y, y.first, y.second)) << ' '
                     << number(p.xHigh > p.xLow ? std::max(p.xLow, x.first) : p.x) << ' '
-                    << number(p.xHigh > p.xLow ? std::min(p.xHigh, x.second) : p.x) << ' '
-                    << quoted(p.label) << '\n';
+                    << number(p.xHigh > p.xLow ? std::min(p.xHigh, x.second) : p.x) << ' ' << quoted(p.label)
+                    << '\n';
             }
             out << "EOD\n";
             if (!any) continue;
             const std::string color = std::string(" lc rgb '") + colors[look % colorCount] + "'";
             if (s.kind == PlotSeries::Kind::Frontier)
-                plots << (plots.tellp() > 0 ? ", " : "") << name << " using 1:2 notitle with steps lw 7 lc rgb '#e3ddc8'";
+                plots << (plots.tellp() > 0 ? ", " : "") << name
+                      << " using 1:2 notitle with steps lw 7 lc rgb '#e3ddc8'";
             else
-                plots << (plots.tellp() > 0 ? ", " : "") << name << " using 1:2 notitle " << styleOf(s.kind, look);
-            if (spread)
-                plots << ", " << name << " using 1:2:3:4 notitle with xerrorbars pt 0 lw 1" << color;
+                plots << (plots.tellp() > 0 ? ", " : "") << name << " using 1:2 notitle "
+                      << styleOf(s.kind, look);
+            if (spread) plots << ", " << name << " using 1:2:3:4 notitle with xerrorbars pt 0 lw 1" << color;
             if (labels)
-                plots << ", " << name << " using 1:2:5 notitle with labels font ',8' offset .6,.55 left tc rgb '"
+                plots << ", " << name
+                      << " using 1:2:5 notitle with labels font ',8' offset .6,.55 left tc rgb '"
                       << colors[look % colorCount] << "'";
         }
     // A plot of nothing still draws the axes.
@@ -151,7 +156,8 @@ std::string scriptOf(const PlotPage& page, const std::string& terminal, const st
     std::ostringstream out;
     out << "set encoding utf8\nset terminal " << terminal << "\nset output " << quoted(output) << "\n"
         << "set multiplot\nunset key\nset border 3 lc rgb '#888888'\n"
-        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics format '%g'\nset ytics format '%g'\n"
+        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics format '%g'\nset ytics format "
+           "'%g'\n"
         << "set grid xtics ytics lw .6 lc rgb '#e8e8e8'\nset errorbars small\n"
         << "set lmargin 8.5\nset rmargin 1.5\nset tmargin 1.8\nset bmargin 3.2\n";
     const double titleAt = 1 - 15. / height, noteAt = 1 - 36. / height;
@@ -161,17 +167,20 @@ std::string scriptOf(const PlotPage& page, const std::string& terminal, const st
     // Labels belong to the first plot drawn; each panel clears them.
     out << "set origin 0,0\nset size 1,1\nunset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\n"
         << "plot NaN notitle\nunset label 1000\nunset label 1001\nset border 3 lc rgb '#888888'\n"
-        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics format '%g'\nset ytics format '%g'\n";
+        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics format '%g'\nset ytics format "
+           "'%g'\n";
     Legend legend;
     const double body = 1 - legendShare - headShare;
     for (size_t k = 0; k < page.panels.size(); k++) {
         const int column = int(k) % columns, row = int(k) / columns;
-        out << "set origin " << double(column) / columns << ',' << legendShare + body * (rows - 1 - row) / rows
-            << "\nset size " << 1. / columns << ',' << body / rows << "\n";
+        out << "set origin " << double(column) / columns << ','
+            << legendShare + body * (rows - 1 - row) / rows << "\nset size " << 1. / columns << ','
+            << body / rows << "\n";
         writePanel(out, page.panels[k], legend, int(k));
     }
     out << "set origin 0,0\nset size 1," << legendShare
-        << "\nunset border\nunset tics\nunset title\nunset xlabel\nunset ylabel\nunset label\nunset arrow\nunset grid\n"
+        << "\nunset border\nunset tics\nunset title\nunset xlabel\nunset ylabel\nunset label\nunset "
+           "arrow\nunset grid\n"
         << "unset logscale\nset lmargin 0\nset rmargin 0\nset tmargin 0\nset bmargin 0\n"
         << "set xrange [0:1]\nset yrange [0:1]\nset key at screen .5,screen " << legendShare * .5
         << " center center horizontal maxrows " << std::max(1, int(legendShare * height / 22))
@@ -193,7 +202,8 @@ int runGnuplot(const std::string& script) {
         _exit(127);
     }
     int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {}
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
@@ -234,8 +244,10 @@ void writePlots(const PlotPage& page, const std::string& path) {
                   path + ".svg", width, height, columns, rows, legendShare, headShare),
          path + ".svg");
     // Twice the pixels: sharp on any screen.
-    draw(scriptOf(page, "pngcairo size " + twice + " fontscale 2 linewidth 2 pointscale 2 font 'DejaVu Sans,11' rounded",
-                  path + ".png", width, height, columns, rows, legendShare, headShare),
+    draw(scriptOf(
+             page,
+             "pngcairo size " + twice + " fontscale 2 linewidth 2 pointscale 2 font 'DejaVu Sans,11' rounded",
+             path + ".png", width, height, columns, rows, legendShare, headShare),
          path + ".png");
 }
 
@@ -245,15 +257,19 @@ void writeMap(const cv::Mat& values, double least, double most, const std::strin
     const int height = int(double(width - 110) * values.rows / std::max(1, values.cols)) + 50;
     out << "set encoding utf8\nset terminal pngcairo size " << width << ',' << height
         << " font 'DejaVu Sans,10'\nset output " << quoted(path) << "\nset title " << quoted(title)
-        << " offset 0,-.5\nunset key\nunset tics\nset border lc rgb '#888888'\nset lmargin at screen " << 10. / width
-        << "\nset rmargin at screen " << 1 - 100. / width << "\nset tmargin at screen " << 1 - 32. / height
-        << "\nset bmargin at screen " << 18. / height
+        << " offset 0,-.5\nunset key\nunset tics\nset border lc rgb '#888888'\nset lmargin at screen "
+        << 10. / width << "\nset rmargin at screen " << 1 - 100. / width << "\nset tmargin at screen "
+        << 1 - 32. / height << "\nset bmargin at screen "
+        << 18. / height
         // Black over blue and orange to white, lightness rising all the way.
-        << "\nset palette defined (0 '#0b0b1e', 1 '#2a2a72', 2 '#4f6fb0', 3 '#9a86a8', 4 '#e08a4a', 5 '#f8c25c', 6 '#fffbe0')\n"
-        << "set logscale cb\nset cbrange [" << number(least) << ':' << number(most) << "]\nset format cb '%g'\n"
+        << "\nset palette defined (0 '#0b0b1e', 1 '#2a2a72', 2 '#4f6fb0', 3 '#9a86a8', 4 '#e08a4a', 5 "
+           "'#f8c25c', 6 '#fffbe0')\n"
+        << "set logscale cb\nset cbrange [" << number(least) << ':' << number(most)
+        << "]\nset format cb '%g'\n"
         << "set cblabel " << quoted(barLabel) << " offset 1,0\nset cbtics font ',9'\n"
         << "set object rectangle from graph 0,0 to graph 1,1 behind fc rgb '#999999' fs solid\n"
-        << "set xrange [-.5:" << values.cols - .5 << "]\nset yrange [" << values.rows - .5 << ":-.5]\n$d << EOD\n";
+        << "set xrange [-.5:" << values.cols - .5 << "]\nset yrange [" << values.rows - .5
+        << ":-.5]\n$d << EOD\n";
     for (int j = 0; j < values.rows; j++) {
         for (int i = 0; i < values.cols; i++) {
             const double v = values.at<double>(j, i);

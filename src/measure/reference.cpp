@@ -24,8 +24,8 @@ cv::Size sizeOf(const Step& step, const FramePair& frame, cv::Size input) {
     DerivedCache cache;
     DerivedValues derived;
     if (step.effect->plugin)
-        derived = cache.get(step, step.effect->plugin->makeParams(step.values),
-                            deriveContextFor(frame, input));
+        derived =
+            cache.get(step, step.effect->plugin->makeParams(step.values), deriveContextFor(frame, input));
     return outputSize(step, input, derived);
 }
 
@@ -124,7 +124,8 @@ std::vector<ReferencePixel> referenceOfChain(const Chain& chain, const FramePair
     auto keepsPixels = [](const Step& step) {
         return step.effect->header.pointwise && step.input == "color" && step.output == "color";
     };
-    size_t last = steps.empty() ? 0 : steps.size() - 1;  // that has to be known at every pixel, but for its output
+    size_t last =
+        steps.empty() ? 0 : steps.size() - 1;  // that has to be known at every pixel, but for its output
     while (last > 0 && keepsPixels(*steps[last])) last--;
 
     std::vector<ReferencePixel> result(pixels.size());

@@ -15,7 +15,8 @@ EffectHeader withChart(const std::string& chart) {
                  {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["exact", "march"], "DEFAULT": "auto", "AUTO": true},
                  {"NAME": "steps", "TYPE": "long", "DEFAULT": 32, "MIN": 1, "MAX": 64},
                  {"NAME": "density", "TYPE": "float", "DEFAULT": 0.5}])" +
-                                     (chart.empty() ? "" : ", \"CHART\": " + chart) + "}*/\nvoid main() {}\n");
+                                     (chart.empty() ? "" : ", \"CHART\": " + chart) +
+                                     "}*/\nvoid main() {}\n");
 }
 
 std::string mistake(const std::string& chart) {
@@ -81,11 +82,12 @@ TEST(HeaderChart, MistakesNameThePlaceAndTheNearestName) {
                     "METHODS: 'a': unknown key 'KNOBS' (did you mean 'KNOB'?)"));
     EXPECT_TRUE(has(mistake(R"({"METHODS": [{"NAME": "a", "KNOB": "step", "VALUES": [1]}]})"),
                     "no parameter 'step' (did you mean 'steps'?)"));
-    EXPECT_TRUE(has(mistake(R"({"METHODS": [{"NAME": "a", "KNOB": "steps"}]})"),
-                    "KNOB and VALUES need each other"));
+    EXPECT_TRUE(
+        has(mistake(R"({"METHODS": [{"NAME": "a", "KNOB": "steps"}]})"), "KNOB and VALUES need each other"));
     EXPECT_TRUE(has(mistake(R"({"METHODS": [{"NAME": "a", "KNOB": "steps", "VALUES": [65]}]})"), "64"));
-    EXPECT_TRUE(has(mistake(R"({"METHODS": [{"NAME": "a", "CASES": ["thick"]}], "CASES": [{"NAME": "thin"}]})"),
-                    "no case 'thick'"));
+    EXPECT_TRUE(
+        has(mistake(R"({"METHODS": [{"NAME": "a", "CASES": ["thick"]}], "CASES": [{"NAME": "thin"}]})"),
+            "no case 'thick'"));
     EXPECT_TRUE(has(mistake(R"({"METHODS": [{"NAME": "a"}, {"NAME": "a"}]})"), "'a' is there twice"));
     EXPECT_TRUE(has(mistake(R"({"METHODS": [{"NAME": "a", "BACKENDS": ["gpu"]}]})"), "\"cpu\" and \"gl\""));
     EXPECT_TRUE(has(mistake(R"({"PEERS": [{"NAME": "p", "RUN": "../../bin/sh"}]})"),

@@ -29,7 +29,7 @@ std::vector<double> encodedErrors(const cv::Mat& image, std::span<const cv::Poin
 /// In 8-bit steps.
 struct ErrorStatistics {
     double worst = 0, rms = 0;
-    double percentile = 0;   ///< the 99.9th: the smallest error that 99.9 % of the pixels do not exceed
+    double percentile = 0;    ///< the 99.9th: the smallest error that 99.9 % of the pixels do not exceed
     cv::Point place{-1, -1};  ///< the worst pixel; (-1, -1) where nothing was compared
     size_t compared = 0, leftOut = 0;
 };

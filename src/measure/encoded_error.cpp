@@ -1,4 +1,4 @@
-#include "measure/error.hpp"
+#include "measure/encoded_error.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,9 +56,8 @@ std::vector<double> encodedErrors(const cv::Mat& image, std::span<const cv::Poin
                                   std::span<const ReferencePixel> truth) {
     std::vector<double> errors(pixels.size());
     for (size_t k = 0; k < pixels.size(); k++)
-        errors[k] = truth[k].ambiguous
-                        ? std::nan("")
-                        : encodedDifference(image.at<cv::Vec4f>(pixels[k]), truth[k].color);
+        errors[k] = truth[k].ambiguous ? std::nan("")
+                                       : encodedDifference(image.at<cv::Vec4f>(pixels[k]), truth[k].color);
     return errors;
 }
 
