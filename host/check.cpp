@@ -14,7 +14,7 @@
 namespace brume::host {
 namespace {
 
-constexpr int shownFailures = 10;
+constexpr size_t shownFailures = 10;
 
 struct Arguments {
     std::vector<std::string> effects;
@@ -104,14 +104,21 @@ bool checkOne(const std::string& name, Runner& cpu, Runner& gl, const Arguments&
     if (reference.compared)
         std::cout << "  CPU/reference on '" << reference.frame << "', " << reference.parameters << " at "
                   << placeOf(reference.pixel) << "\n";
-    int shown = 0;
+    // One frame a parameter set tells enough, unless all are asked for.
+    std::set<std::string> told;
+    size_t shown = 0;
     for (const CheckCase& c : cases) {
         if (a.verbose)
             std::cout << "  " << c.frame << ", " << c.parameters << ": "
                       << (c.parity.compared ? c.parity.describe() : "one half only") << "\n";
-        if (!c.passed() && shown++ < shownFailures) printFailure(c);
+        if (c.passed()) continue;
+        bool isNew = told.insert(c.parameters).second;
+        if (!a.verbose && (!isNew || shown >= shownFailures)) continue;
+        printFailure(c);
+        shown++;
     }
-    if (shown > shownFailures) std::cout << "  and " << shown - shownFailures << " more\n";
+    if (shown < failed)
+        std::cout << "  and " << failed - shown << " more failures (--verbose tells them all)\n";
     std::cout << std::flush;
     return failed == 0;
 }

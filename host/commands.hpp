@@ -14,5 +14,6 @@ void addList(CLI::App& program);
 void addInfo(CLI::App& program);
 void addInspect(CLI::App& program);
 void addConvert(CLI::App& program);
+void addNew(CLI::App& program);
 
 }  // namespace brume::host

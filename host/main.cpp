@@ -31,6 +31,7 @@ int run(int argc, char** argv) {
     host::addInfo(program);
     host::addInspect(program);
     host::addConvert(program);
+    host::addNew(program);
     program.footer(
         "Examples:\n"
         "  brume apply depth_fog frame.png -o fogged.png\n"

@@ -132,20 +132,14 @@ class CpuRunner final : public Runner {
             bound.push_back(bind(*group[k], readsTransmittance, output));
             bound[k].context.output = output;
         }
-        try {
-            if (first.effect->header.pointwise)
-                runRows(bound, size);
-            else
-                first.effect->plugin->run(bound[0].params, bound[0].context);
-        } catch (const Error&) {
-            throw;
-        } catch (const std::exception& error) {
-            throw Error(ErrorKind::CheckFailed, text(first.id, ": the plugin failed: ", error.what()));
-        }
+        if (first.effect->header.pointwise)
+            runRows(bound, size);
+        else
+            first.effect->plugin->run(bound[0].params, bound[0].context);
         const cv::Mat& written = bound[0].context.output;
         if (written.data != output.data || written.size() != size || written.type() != CV_32FC4)
             throw Error(ErrorKind::CheckFailed, text(first.id, ": the plugin replaced its output image"));
-        if (!pool_.guardsAreWhole())
+        if (!pool_.guardsWereWhole())
             throw Error(ErrorKind::CheckFailed,
                         text(first.id, ": the plugin wrote outside its output image"));
         images_[group.back()->output] = output;

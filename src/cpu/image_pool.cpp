@@ -54,19 +54,21 @@ cv::Mat ImagePool::take(cv::Size size, int type) {
     return started(images_.emplace_back(allocate(size, type)));
 }
 
-bool ImagePool::guardsAreWhole() const {
+bool ImagePool::guardsWereWhole() {
     if (!guarded_) return true;
+    bool wereWhole = true;
     for (cv::Mat whole : images_) {
-        int rows = whole.rows;
+        const int rows = whole.rows;
         whole.adjustROI(guardRows, guardRows, 0, 0);
-        for (int j = 0; j < whole.rows; j++) {
-            if (j == guardRows) j += rows;
-            const uchar* row = whole.ptr(j);
-            if (std::any_of(row, row + whole.cols * whole.elemSize(), [](uchar b) { return b != guardByte; }))
-                return false;
-        }
+        for (const cv::Range& guard : {cv::Range(0, guardRows), cv::Range(guardRows + rows, whole.rows)})
+            for (int j = guard.start; j < guard.end; j++) {
+                const uchar *row = whole.ptr(j), *end = row + whole.cols * whole.elemSize();
+                if (std::all_of(row, end, [](uchar b) { return b == guardByte; })) continue;
+                wereWhole = false;
+                fillBytes(whole.row(j), guardByte);
+            }
     }
-    return true;
+    return wereWhole;
 }
 
 }  // namespace brume

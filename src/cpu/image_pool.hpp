@@ -13,8 +13,9 @@ class ImagePool {
 
     /// An image of that size and type, contents undefined, that no one else refers to.
     cv::Mat take(cv::Size size, int type);
-    /// False once anybody wrote a guard row; always true without guards.
-    bool guardsAreWhole() const;
+    /// False if anybody wrote a guard row since the last call, and mends it, so that the next one to be
+    /// blamed is the next to do so. Always true without guards.
+    bool guardsWereWhole();
 
   private:
     cv::Mat allocate(cv::Size size, int type) const;

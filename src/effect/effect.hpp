@@ -41,8 +41,8 @@ class EffectRegistry {
     static const EffectRegistry& standard();
     explicit EffectRegistry(const std::vector<std::string>& folders);
 
-    /// By name, or by the path of a .fs file. Throws Error (Usage) with the nearest name, or with the reason
-    /// the effect was refused.
+    /// By name, or by the path of a .fs file or of its folder. Throws Error (Usage) with the nearest name, or
+    /// with the reason the effect was refused.
     std::shared_ptr<const Effect> find(const std::string& nameOrPath) const;
     /// All names, sorted, whether or not they load.
     std::vector<std::string> names() const;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "effect/effect.hpp"
+#include "effect/guarded_plugin.hpp"
 #include "error.hpp"
 #include "nearest_name.hpp"
 
@@ -127,7 +128,7 @@ std::shared_ptr<const Effect> loadEffect(const std::string& fsPath, const std::s
         return effect;
     }
     if (!effect->header.linear) failUsage(fsPath, ": an effect with a plugin needs \"SPACE\": \"linear\"");
-    std::shared_ptr<const PluginEffect> plugin(openPlugin(libraryPath)->make());
+    auto plugin = makePlugin(*openPlugin(libraryPath), libraryPath);
     checkBindings(effect->header, *plugin, libraryPath);
     checkFunctions(effect->header, *plugin, libraryPath);
     effect->plugin = std::move(plugin);

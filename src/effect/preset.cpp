@@ -156,12 +156,14 @@ Chain parsePreset(const std::string& jsonText, const std::string& where, const E
 Chain readPreset(const std::string& pathOrName, const EffectRegistry& registry) {
     std::string path = pathOrName;
     bool isName = path.find('/') == std::string::npos && fs::path(path).extension().empty();
-    if (fs::path(path).extension() == ".fs" || (isName && !fs::exists(path))) {
+    bool isEffectPath = fs::path(path).extension() == ".fs" || fs::is_directory(path);
+    if (isEffectPath || (isName && !fs::exists(path))) {
         auto shipped = shippedPresets();
         auto found =
             std::find_if(shipped.begin(), shipped.end(), [&](auto& p) { return p.first == pathOrName; });
         auto effects = registry.names();
-        bool isEffect = !isName || std::find(effects.begin(), effects.end(), pathOrName) != effects.end();
+        bool isEffect =
+            isEffectPath || std::find(effects.begin(), effects.end(), pathOrName) != effects.end();
         if (found == shipped.end() && isEffect) {
             Chain chain;
             chain.steps.push_back(makeStep(registry.find(pathOrName)));

@@ -50,6 +50,22 @@ static std::string libraryBeside(const fs::path& file) {
     return fs::is_regular_file(library) ? library.string() : std::string();
 }
 
+// The .fs file that a path means: itself, or the folder's one of the folder's name, or the folder's only one.
+static fs::path effectFile(const fs::path& path) {
+    if (!fs::exists(path)) failUsage(path.string(), ": no such effect file or folder");
+    if (!fs::is_directory(path)) return path;
+    std::vector<fs::path> files;
+    for (const auto& item : fs::directory_iterator(path))
+        if (item.path().extension() == ".fs") files.push_back(item.path());
+    for (const auto& file : files)
+        if (file.stem() == fs::canonical(path).filename()) return file;
+    if (files.empty()) failUsage(path.string(), ": the folder holds no .fs file");
+    if (files.size() > 1)
+        failUsage(path.string(), ": the folder holds ", files.size(), " .fs files; name one, such as ",
+                  std::min(files[0], files[1]).string());
+    return files[0];
+}
+
 static std::vector<std::string> includePathOf(const fs::path& file) {
     auto own = file.parent_path();
     std::vector<std::string> path = {own.string()};
@@ -77,9 +93,8 @@ EffectRegistry::EffectRegistry(const std::vector<std::string>& folders)
 
 std::shared_ptr<const Effect> EffectRegistry::find(const std::string& nameOrPath) const {
     bool isPath = fs::path(nameOrPath).extension() == ".fs" || nameOrPath.find('/') != std::string::npos;
-    if (isPath) {
-        fs::path file = nameOrPath;
-        if (fs::is_directory(file)) file /= fs::absolute(file).lexically_normal().filename().string() + ".fs";
+    if (isPath || (!entries_.count(nameOrPath) && fs::is_directory(nameOrPath))) {
+        const fs::path file = effectFile(nameOrPath);
         return loadEffect(file.string(), libraryBeside(file), includePathOf(fs::absolute(file)));
     }
     auto entry = entries_.find(nameOrPath);

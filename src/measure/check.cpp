@@ -82,6 +82,12 @@ std::optional<cv::Point> findNan(const cv::Mat& image) {
     return {};
 }
 
+// Still as the guarded runner made it.
+bool isUnwritten(const cv::Mat& image, cv::Point place) {
+    const uchar* bytes = image.ptr(place.y) + place.x * image.elemSize();
+    return std::all_of(bytes, bytes + image.elemSize(), [](uchar byte) { return byte == 0xFF; });
+}
+
 // Runs one half twice: same bits, right size, no NaN from finite input.
 void runHalf(Runner& runner, const char* half, const Chain& chain, const Subject& subject, Trial& trial,
              cv::Mat& color, cv::Mat& transmittance) {
@@ -111,8 +117,9 @@ void runHalf(Runner& runner, const char* half, const Chain& chain, const Subject
         // Transmittance never depends on colour's class.
         if (trial.source->finiteColor)
             if (auto place = findNan(image))
-                trial.fail(
-                    text(half, ": NaN in ", name, " at (", place->x, ", ", place->y, ") from finite input"));
+                trial.fail(text(half, ": ",
+                                isUnwritten(image, *place) ? "left unwritten: a pixel of " : "NaN in ", name,
+                                " at (", place->x, ", ", place->y, ") from finite input"));
         (name == "color" ? color : transmittance) = image.clone();
     }
 }

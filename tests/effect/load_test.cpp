@@ -2,7 +2,9 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
+#include "cpu/cpu_runner.hpp"
 #include "effect/effect.hpp"
 #include "error.hpp"
 
@@ -53,6 +55,54 @@ TEST(Load, APathLoadsAFreshCopy) {
     auto again = fixtures().find(path);
     EXPECT_NE(again, fixtures().find("contract"));
     EXPECT_EQ(again->name(), "contract");
+}
+
+// What a plugin's CPU half makes of a grey of 1.
+static float brightened(const std::shared_ptr<const Effect>& effect) {
+    FramePair frame;
+    frame.color = cv::Mat(1, 1, CV_32FC4, cv::Scalar::all(1));
+    frame.depth = cv::Mat(1, 1, CV_32F, cv::Scalar(1));
+    frame.camera = Camera::withHorizontalView({1, 1}, 60);
+    Chain chain;
+    chain.steps.resize(1);
+    chain.steps[0].effect = effect;
+    return makeCpuRunner()->run(chain, frame, {}).images["color"].at<cv::Vec4f>(0, 0)[0];
+}
+
+TEST(Load, ARebuiltPluginRunsItsNewCode) {
+    namespace fs = std::filesystem;
+    const fs::path folder = testing::TempDir() + "brume-rebuilt";
+    fs::create_directories(folder);
+    auto build = [&](const char* variant) {
+        const fs::path from = fs::path(BRUME_BINARY_DIR "/tests/effects") / variant / variant;
+        for (const char* ending : {".fs", ".so"})
+            fs::copy_file(from.string() + ending, folder / (std::string("rebuilt") + ending),
+                          fs::copy_options::overwrite_existing);
+    };
+    build("variant_a");
+    auto before = fixtures().find(folder.string() + "/rebuilt.fs");
+    EXPECT_EQ(brightened(before), 2);
+    build("variant_b");
+    auto after = fixtures().find(folder.string());
+    EXPECT_EQ(brightened(after), 3);
+    EXPECT_EQ(brightened(before), 2) << "who holds the old one still runs it";
+    fs::remove_all(folder);
+}
+
+TEST(Load, AFolderMeansItsEffect) {
+    namespace fs = std::filesystem;
+    const fs::path folder = testing::TempDir() + "brume-folder";
+    fs::create_directories(folder);
+    auto refusalOf = [&] { return refusal(folder.string()); };
+    EXPECT_TRUE(has(refusalOf(), "holds no .fs file"));
+    std::ofstream(folder / "one.fs") << "/*{}*/ void main() {}";
+    EXPECT_EQ(fixtures().find(folder.string())->name(), "one");
+    std::ofstream(folder / "other.fs") << "/*{}*/ void main() {}";
+    EXPECT_TRUE(has(refusalOf(), "holds 2 .fs files; name one, such as " + folder.string() + "/one.fs"));
+    std::ofstream(folder / "brume-folder.fs") << "/*{}*/ void main() {}";
+    EXPECT_EQ(fixtures().find(folder.string() + "/")->name(), "brume-folder");
+    EXPECT_TRUE(has(refusal("./nowhere/x.fs"), "no such effect file or folder"));
+    fs::remove_all(folder);
 }
 
 TEST(Load, ExpandsIncludesWithLines) {

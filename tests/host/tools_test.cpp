@@ -63,6 +63,37 @@ void main() { gl_FragColor = vec4(vec3(mod(gl_FragCoord.x, 16.0) < 8.0 ? 1.0 : 0
     expectError("check depth_fog --backend cpu", 2, "--backend");
 }
 
+TEST_F(Tools, checkCatchesEveryMistakeOfAPlugin) {
+    const std::string broken = BRUME_BINARY_DIR "/tests/effects/broken";
+    auto ran = brume("check " + broken + " --random 0 --artefacts '' --verbose");
+    EXPECT_EQ(ran.status, 1) << ran.err;
+    // What is said in the first failure at each choice.
+    auto said = [&](const std::string& mistake) {
+        std::smatch match;
+        std::regex_search(ran.out, match,
+                          std::regex("FAILED on '[a-z_]+', mistake=" + mistake + "\n +(.*)\n"));
+        return match.size() > 1 ? match[1].str() : "nothing";
+    };
+    EXPECT_EQ(said("none"), "nothing");
+    EXPECT_THAT(ran.out, testing::Not(HasSubstr("FAILED on 'random', default")));
+    EXPECT_THAT(said("writes above"), HasSubstr("wrote outside its output image"));
+    EXPECT_THAT(said("writes below"), HasSubstr("wrote outside its output image"));
+    EXPECT_THAT(said("moves the data"), HasSubstr("replaced its output image"));
+    EXPECT_THAT(said("another size"), HasSubstr("replaced its output image"));
+    EXPECT_THAT(said("another local size"), HasSubstr("left unwritten: a pixel of color at (0, 0)"));
+    EXPECT_THAT(said("leaves a row"), HasSubstr("left unwritten: a pixel of color at (0, 0)"));
+    EXPECT_THAT(said("NaN"), HasSubstr("CPU: NaN in color at (0, 0) from finite input"));
+    EXPECT_THAT(said("throws"), HasSubstr("broken.so: run failed: out of fog"));
+    EXPECT_THAT(said("throws a number"), HasSubstr("broken.so: run threw something"));
+    EXPECT_THAT(said("changes its input"), HasSubstr("changed its input image"));
+    EXPECT_THAT(said("counts calls"), HasSubstr("two runs gave different color"));
+    EXPECT_THAT(said("derive throws"), HasSubstr("broken.so: derive of 'one' failed: no number today"));
+
+    addFrame("a.exr");
+    expectError("apply " + broken + " a.exr -o o.png --set broken.mistake=auto", 1,
+                "broken.so: plan failed: no plan today");
+}
+
 TEST_F(Tools, aGlslOnlyFileRunsWhereItMust) {
     addFrame("street.exr");
     addText("half.fs", R"(/*{"ISFVSN": "2", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
