@@ -124,7 +124,7 @@ void addBench(CLI::App& program) {
         "Copy and effect take turns over the same eight frames; medians. On GL the time includes upload and "
         "read-back;\n"
         "--steps shows the passes alone.\n"
-        "\nExamples:\n  brume bench depth_fog\n  brume bench gaussian_blur --set gaussian_blur.sigma=2,8,32 "
+        "\nExamples:\n  brume bench depth_fog\n  brume bench gaussian_blur --set gaussian_blur.radius=2,8,32 "
         "--backend cpu");
     command->callback([a] { bench(*a); });
 }

@@ -47,8 +47,10 @@ void main() {
         if (mode == mode_mix) combined = b;
         else if (mode == mode_screen) combined = screenOf(a.rgb, b);
         else combined = a.rgb * b;
-        // At full strength nothing of the first image is left, not even infinity.
-        if (strength < 1.0) combined = a.rgb * (1.0 - strength) + combined * strength;
+        // At full strength nothing of the first image is left, not even infinity. `precise`: some compilers
+        // make a + strength (b - a) of it, which is NaN where a is infinite.
+        precise vec3 between = a.rgb * (1.0 - strength) + combined * strength;
+        if (strength < 1.0) combined = between;
     }
     store(vec4(combined, a.a));
 }

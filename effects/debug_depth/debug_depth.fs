@@ -51,7 +51,9 @@ void main() {
     vec4 scene = fetch(inputImage, p);
     float planarDepth = depthAt(p);
     vec3 shown = isInf(planarDepth) ? vec3(1.0) : paletteColor(placeOf(planarDepth));
-    // 3. Strength 1 hides the scene altogether, infinities too.
+    // 3. Strength 1 hides the scene altogether, infinities too. `precise`: some compilers make
+    // scene + strength (shown - scene) of it, which is NaN where the scene is infinite.
     vec3 left = strength < 1.0 ? scene.rgb * (1.0 - strength) : vec3(0.0);
-    store(vec4(left + shown * strength, scene.a));
+    precise vec3 result = left + shown * strength;
+    store(vec4(result, scene.a));
 }
