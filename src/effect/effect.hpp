@@ -12,11 +12,19 @@
 
 namespace brume {
 
+/// GLSL with `#include "..."` expanded and #line directives, so that errors name file and line.
+struct ExpandedSource {
+    std::string text;
+    std::vector<std::string> files;  ///< the file of each #line source number
+};
+
 /// Immutable; shared between chains and threads. Holds its plugin's library open.
 struct Effect {
     EffectHeader header;
     std::shared_ptr<const PluginEffect> plugin;  ///< null: GLSL only
     std::vector<std::string> includePath;        ///< folders searched by #include, first its own
+    /// The GLSL as its files were when this was set; null: they are read when it is compiled.
+    std::shared_ptr<const ExpandedSource> source;
 
     const std::string& name() const { return header.name; }
 };
@@ -27,11 +35,7 @@ struct Effect {
 std::shared_ptr<const Effect> loadEffect(const std::string& fsPath, const std::string& libraryPath,
                                          const std::vector<std::string>& includePath);
 
-/// GLSL with `#include "..."` expanded and #line directives, so that errors name file and line.
-struct ExpandedSource {
-    std::string text;
-    std::vector<std::string> files;  ///< the file of each #line source number
-};
+/// The effect's GLSL: its `source`, or else what its files hold now. Throws Error (Usage).
 ExpandedSource expandIncludes(const Effect& effect);
 
 /// The effects found in BRUME_EFFECT_PATH, the user's data folder and the install prefix (or build tree).

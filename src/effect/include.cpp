@@ -77,6 +77,7 @@ struct Expander {
 }  // namespace
 
 ExpandedSource expandIncludes(const Effect& effect) {
+    if (effect.source) return *effect.source;
     Expander expander{effect.includePath, {}, {}, {}};
     expander.add(effect.header.path, effect.header.body, effect.header.bodyLine);
     return std::move(expander.result);

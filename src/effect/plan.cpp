@@ -15,7 +15,8 @@ FrameStatistics measureFrame(const FramePair& frame) {
     s.depthHistogram.assign(32, 0);
     s.minDistance = s.minHeight = s.minRayUp = HUGE_VAL;
     s.maxHeight = s.maxRayUp = -HUGE_VAL;
-    auto view = View::of(frame.camera, s.size.width, s.size.height, s.size.width, s.size.height);
+    const cv::Size stated = frame.statedSize();
+    auto view = View::of(frame.camera, s.size.width, s.size.height, stated.width, stated.height);
     size_t sky = 0;
     double maxColor = 0;
     for (int j = 0; j < s.size.height; j++) {

@@ -11,7 +11,8 @@
 namespace brume {
 
 View viewFor(const FramePair& frame, cv::Size size) {
-    View view = View::of(frame.camera, size.width, size.height, frame.size().width, frame.size().height);
+    const cv::Size stated = frame.statedSize();
+    View view = View::of(frame.camera, size.width, size.height, stated.width, stated.height);
     view.time = float(frame.time);
     view.exactTime = frame.time;
     view.frameIndex = frame.index;
@@ -21,9 +22,9 @@ View viewFor(const FramePair& frame, cv::Size size) {
 
 DeriveContext deriveContextFor(const FramePair& frame, cv::Size size) {
     DeriveContext context;
-    context.camera = frame.camera.resized(frame.size(), size);
+    context.camera = frame.camera.resized(frame.statedSize(), size);
     context.size = size;
-    context.frameSize = frame.size();
+    context.frameSize = frame.statedSize();
     context.time = frame.time;
     context.frameIndex = frame.index;
     context.seed = frame.seed;

@@ -31,8 +31,12 @@ struct FramePair {
     std::vector<std::string> files;
     /// What the reader understood and assumed, one sentence each ("depth: OpenGL device depth, near .1 m").
     std::vector<std::string> notes;
+    /// Where the images are a smaller version of the frame, for a quick look: the size that the camera and
+    /// every radius in px refer to. Empty: the images' own.
+    cv::Size fullSize;
 
     cv::Size size() const { return color.size(); }
+    cv::Size statedSize() const { return fullSize.empty() ? size() : fullSize; }
 };
 
 }  // namespace brume
