@@ -8,6 +8,7 @@ namespace brume::host {
 // Each adds one subcommand whose callback does the work. Callbacks throw Error; main prints its sentence and
 // exits with its kind.
 void addApply(CLI::App& program);
+void addChart(CLI::App& program);
 void addCheck(CLI::App& program);
 void addBench(CLI::App& program);
 void addList(CLI::App& program);

@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
     host::addApply(program);
     host::addCheck(program);
     host::addBench(program);
+    host::addChart(program);
     host::addList(program);
     host::addInfo(program);
     host::addInspect(program);

@@ -55,20 +55,30 @@ std::vector<FramePair> benchFrames(cv::Size size) {
 
 BenchResult benchChain(Runner& runner, const Chain& chain, const std::vector<FramePair>& frames,
                        int repetitions, double seconds) {
-    Chain planned = planChain(chain, frames[0], runner.backend(), {});
+    return benchPlanned(runner, planChain(chain, frames[0], runner.backend(), {}), frames, repetitions,
+                        seconds);
+}
+
+BenchResult benchPlanned(Runner& runner, const Chain& planned, const std::vector<FramePair>& frames,
+                         int repetitions, double seconds) {
     std::vector<cv::Mat> copies(frames.size());
     std::vector<RunResult> results(frames.size());
     std::vector<Timing> steps;
+    Timing passes{"passes", {}};
     bool isMeasuring = false;
     auto copy = [&](int slot) { copyByRows(frames[slot].color, copies[slot]); };
     auto run = [&](int slot) {
         results[slot] = {};  // its memory is what the runner writes next, so that outputs rotate
         results[slot] = runner.run(planned, frames[slot], {});
-        for (size_t k = 0; isMeasuring && k < results[slot].timings.size(); k++) {
+        if (!isMeasuring) return;
+        double sum = 0;
+        for (size_t k = 0; k < results[slot].timings.size(); k++) {
             if (k >= steps.size()) steps.resize(k + 1);
             steps[k].name = results[slot].timings[k].name;
             steps[k].milliseconds.push_back(results[slot].timings[k].milliseconds);
+            sum += results[slot].timings[k].milliseconds;
         }
+        passes.milliseconds.push_back(sum);
     };
     // All memory is touched, and every shader compiled, before the clock starts.
     for (size_t slot = 0; slot < frames.size(); slot++) {
@@ -81,6 +91,7 @@ BenchResult benchChain(Runner& runner, const Chain& chain, const std::vector<Fra
     BenchResult result;
     result.copy = timings[0];
     result.chain = timings[1];
+    result.passes = passes;
     for (const Timing& step : steps) result.steps.push_back({step.name, step.median()});
     result.megapixels = frames[0].size().area() * 1e-6;
     return result;

@@ -12,8 +12,9 @@ namespace brume {
 std::vector<FramePair> benchFrames(cv::Size size);
 
 struct BenchResult {
-    Timing copy;                    ///< RGBA float frame to frame, by rows, with the threads OpenCV has
-    Timing chain;                   ///< Runner::run, wall time: on GL with upload and read-back
+    Timing copy;    ///< RGBA float frame to frame, by rows, with the threads OpenCV has
+    Timing chain;   ///< Runner::run, wall time: on GL with upload and read-back
+    Timing passes;  ///< the sum of the steps' (GL: passes', GPU timer queries) times of each run
     std::vector<StepTiming> steps;  ///< median of each step (CPU) or pass (GPU timer queries)
     double megapixels = 0;          ///< of one frame
     double ratio() const { return chain.median() / copy.median(); }
@@ -23,5 +24,8 @@ struct BenchResult {
 /// on the first frame. Frames must be of one size, their depth without NaN.
 BenchResult benchChain(Runner& runner, const Chain& chain, const std::vector<FramePair>& frames,
                        int repetitions = 24, double seconds = 10);
+/// The same of a chain that has been planned: every step runs, seen or not.
+BenchResult benchPlanned(Runner& runner, const Chain& planned, const std::vector<FramePair>& frames,
+                         int repetitions = 24, double seconds = 10);
 
 }  // namespace brume

@@ -32,6 +32,7 @@ struct ErrorStatistics {
     double percentile = 0;    ///< the 99.9th: the smallest error that 99.9 % of the pixels do not exceed
     cv::Point place{-1, -1};  ///< the worst pixel; (-1, -1) where nothing was compared
     size_t compared = 0, leftOut = 0;
+    bool operator==(const ErrorStatistics&) const = default;
 };
 /// Of encodedErrors' answer; NaN entries are counted and left out.
 ErrorStatistics errorStatistics(std::span<const double> errors, std::span<const cv::Point> pixels);

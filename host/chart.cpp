@@ -1,0 +1,68 @@
+// brume chart: speed against accuracy.
+#include "chart.hpp"
+
+#include <filesystem>
+
+#include "commands.hpp"
+#include "error.hpp"
+
+namespace brume::host {
+namespace {
+
+void makeFolder(const std::string& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) failIo("'", folder, "' cannot be made: ", error.message());
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const Effect>> effectsOf(const ChartArguments& a) {
+    const EffectRegistry& registry = EffectRegistry::standard();
+    std::vector<std::shared_ptr<const Effect>> effects;
+    for (const std::string& name : a.effects) effects.push_back(registry.find(name));
+    if (!a.effects.empty()) return effects;
+    const auto refused = registry.refused();
+    for (const std::string& name : registry.names())
+        if (!refused.count(name)) effects.push_back(registry.find(name));
+    return effects;
+}
+
+std::vector<std::unique_ptr<Runner>> runnersOf(const ChartArguments& a) {
+    std::vector<std::unique_ptr<Runner>> runners;
+    for (const std::string& name : a.backends) runners.push_back(BackendOption{name}.makeRunner({}));
+    return runners;
+}
+
+void addChart(CLI::App& program) {
+    auto a = std::make_shared<ChartArguments>();
+    CLI::App* command =
+        program.add_subcommand("chart", "Speed against accuracy, as charts, tables and error maps");
+    command->add_option("EFFECT", a->effects, "Effects' names or .fs files (default: all there are)");
+    command->add_option("-o,--output", a->output, "Folder for what is written, made if missing")->required();
+    command
+        ->add_option("--frame", a->frames, "A captured frame to work on (default: one made up of walls and sky)")
+        ->allow_extra_args(false);
+    a->frameOptions.addTo(*command);
+    a->size = "1280x720";
+    command->add_option("--size", a->size, "WIDTHxHEIGHT of the made-up frame")->capture_default_str();
+    a->backends = {"cpu", "gl"};
+    command->add_option("--backend", a->backends, "cpu, gl, osmesa, egl; several with commas")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->capture_default_str();
+    command->add_option("--repetitions", a->repetitions, "Of each method's timing")
+        ->capture_default_str()
+        ->check(CLI::Range(3, 10000));
+    command->add_option("--seconds", a->seconds, "Stop a method's timing early after this time")
+        ->capture_default_str();
+    command->add_option("--pixels", a->pixels, "At how many the fp64 reference is asked")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1 << 24));
+    command->callback([a] {
+        makeFolder(a->output);
+        chartEffects(*a);
+    });
+}
+
+}  // namespace brume::host

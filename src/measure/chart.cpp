@@ -1,0 +1,248 @@
+#include "measure/chart.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "cpu/cpu_runner.hpp"
+#include "effect/preset.hpp"
+#include "error.hpp"
+#include "measure/bench.hpp"
+#include "measure/plot.hpp"
+#include "measure/reference.hpp"
+
+namespace brume {
+namespace {
+
+using json = nlohmann::json;
+
+// Runs longer than this fall out of every cache whatever frame they find: two frames take turns, not eight.
+constexpr double longRun = 100;  // ms
+
+Chain chainOf(const std::shared_ptr<const Effect>& effect, const ParameterValues& values,
+              const std::vector<std::string>& given, const FramePair& frame) {
+    Step step;
+    step.effect = effect;
+    step.id = effect->name();
+    step.values = values;
+    step.given = {given.begin(), given.end()};
+    Chain chain;
+    chain.steps = {step};
+    return withAirlight(withSidecar(chain, frame), frame);
+}
+
+// What "auto" becomes, without leaving out what cannot be seen.
+Chain planned(Chain chain, const FramePair& frame, Backend backend) {
+    std::vector<StepPlan> decisions;
+    planChain(chain, frame, backend, {}, &decisions);
+    for (size_t k = 0; k < chain.steps.size(); k++)
+        for (const auto& [name, value] : decisions.at(k).plan.chosen)
+            if (auto& parameter = chain.steps[k].values.at(name); parameter.automatic)
+                parameter = ParameterValue{{double(value)}};
+    return chain;
+}
+
+std::string keyOf(const Step& step) {
+    json all;
+    for (const Parameter& p : step.effect->header.parameters)
+        all[p.name] = toJson(p, step.values.at(p.name));
+    return all.dump();
+}
+
+// The picture that the effect gets: as captured, or what CHART's BEFORE made of it. Image parameters read
+// what they would have read in one chain.
+class Stage {
+  public:
+    Stage(const std::shared_ptr<const Effect>& effect, const FramePair& captured) : frame_(captured) {
+        const Chart* chart = effect->header.chart.get();
+        if (!chart || chart->before.empty()) return;
+        const Chain before =
+            withAirlight(withSidecar(parsePreset(chart->before, effect->header.path + ": CHART: BEFORE",
+                                                 EffectRegistry::standard()),
+                                     captured),
+                         captured);
+        Step step;
+        step.effect = effect;
+        step.values = defaultValues(effect->header.parameters);
+        std::vector<std::string> keep;
+        for (const Parameter& p : effect->header.parameters)
+            if (p.type == ParameterType::Image && p.name != effect->header.mainImage())
+                keep.push_back(step.imageOf(p.name));
+        auto runner = makeCpuRunner();
+        RunResult result = runner->run(planned(before, captured, Backend::Cpu), captured, keep);
+        frame_.color = result.images["color"];
+        for (const std::string& name : keep) frame_.images["before " + name] = result.images[name];
+    }
+
+    const FramePair& frame() const { return frame_; }
+
+    Chain chain(const std::shared_ptr<const Effect>& effect, const ParameterValues& values,
+                const std::vector<std::string>& given) const {
+        Chain chain = chainOf(effect, values, given, frame_);
+        for (Step& step : chain.steps)
+            for (const Parameter& p : effect->header.parameters)
+                if (p.type == ParameterType::Image && p.name != effect->header.mainImage() &&
+                    frame_.images.count("before " + step.imageOf(p.name)))
+                    step.values.at(p.name).text = "before " + step.imageOf(p.name);
+        return chain;
+    }
+
+  private:
+    FramePair frame_;
+};
+
+struct Truth {
+    SampleGrid grid;
+    std::vector<ReferencePixel> pixels;
+};
+
+// References are slow, and many variants share one.
+class Truths {
+  public:
+    const Truth& of(const Chain& chain, const FramePair& frame, size_t count) {
+        const std::string key = keyOf(chain.steps[0]);
+        auto found = known_.find(key);
+        if (found != known_.end()) return found->second;
+        Truth truth;
+        truth.grid = sampleGrid(outputSizeOfChain(chain, frame), count);
+        truth.pixels = referenceOfChain(chain, frame, truth.grid.pixels);
+        return known_[key] = std::move(truth);
+    }
+
+  private:
+    std::map<std::string, Truth> known_;
+};
+
+std::vector<FramePair> copiesOf(const FramePair& frame, int count) {
+    std::vector<FramePair> copies(size_t(count), frame);
+    for (FramePair& copy : copies) {
+        copy.color = frame.color.clone();
+        copy.depth = frame.depth.clone();
+        for (auto& [name, image] : copy.images) image = image.clone();
+    }
+    return copies;
+}
+
+void setTime(ChartRow& row, const Timing& timing) {
+    row.milliseconds = timing.median();
+    row.low = timing.quartileLow();
+    row.high = timing.quartileHigh();
+}
+
+// A pass that only copies: what GL's times are compared with.
+double copyPass(Runner& runner, const Effect& like, const std::vector<FramePair>& frames) {
+    auto effect = std::make_shared<Effect>();
+    effect->header = parseHeader("frame_copy.fs", R"(/*{"SPACE": "linear",
+        "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
+#include "kit/image.glsl"
+void main() { store(fetch(inputImage, pixel())); }
+)");
+    effect->includePath = like.includePath;
+    Step step;
+    step.effect = effect;
+    step.id = "copy";
+    step.values = defaultValues(effect->header.parameters);
+    Chain chain;
+    chain.steps = {step};
+    return benchPlanned(runner, chain, frames, 9, 1).passes.median();
+}
+
+bool runsOn(const ChartVariant& variant, const Effect& effect, Backend backend) {
+    if (backend == Backend::Gl) return variant.onGl;
+    return variant.onCpu && effect.plugin && (effect.plugin->hasRows() || effect.plugin->hasRun());
+}
+
+std::string textOf(const EffectHeader& header, const ChartVariant& variant) {
+    if (variant.knob.empty()) return {};
+    const json value = toJson(*findParameter(header.parameters, variant.knob), variant.knobValue);
+    return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+}  // namespace
+
+std::string ChartRow::label() const { return knob.empty() ? method : text(method, ", ", knob, " ", value); }
+
+size_t chartCount(const Effect& effect, const std::vector<Runner*>& runners) {
+    size_t count = 0;
+    for (const ChartVariant& variant : chartVariants(effect.header))
+        for (const Runner* runner : runners) count += runsOn(variant, effect, runner->backend());
+    return count;
+}
+
+std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& effect, const FramePair& frame,
+                                          const std::vector<Runner*>& runners, const ChartOptions& options,
+                                          const std::function<void(const ChartRow&)>& progress) {
+    const Stage stage(effect, frame);
+    const std::vector<FramePair> many = copiesOf(stage.frame(), 8), few(many.begin(), many.begin() + 2);
+    const bool isKnown = effect->plugin && effect->plugin->hasReference();
+    std::map<const Runner*, double> copies;
+    for (Runner* runner : runners)
+        if (runner->backend() == Backend::Gl) copies[runner] = copyPass(*runner, *effect, many);
+    Truths truths;
+    std::vector<ChartMeasurement> measurements;
+    for (const ChartVariant& variant : chartVariants(effect->header))
+        for (Runner* runner : runners) {
+            if (!runsOn(variant, *effect, runner->backend())) continue;
+            const bool isGl = runner->backend() == Backend::Gl;
+            ChartMeasurement m;
+            ChartRow& row = m.row;
+            row.effect = effect->name();
+            row.caseName = variant.caseName;
+            row.method = variant.method;
+            row.knob = variant.knob;
+            row.value = textOf(effect->header, variant);
+            row.backend = isGl ? "gl" : "cpu";
+            row.device = runner->describe();
+            row.frame = frame.name;
+            row.size = frame.size();
+            try {
+                const Chain chain = planned(stage.chain(effect, variant.values, variant.given), stage.frame(),
+                                            runner->backend());
+                runner->run(chain, many[0], {});  // compiles
+                const auto start = cv::getTickCount();
+                const cv::Mat image = runner->run(chain, many[1], {}).images["color"].clone();
+                const double once = double(cv::getTickCount() - start) * 1e3 / cv::getTickFrequency();
+                if (isKnown) {
+                    const Truth& truth =
+                        truths.of(planned(stage.chain(effect, variant.truth, variant.given), stage.frame(),
+                                          Backend::Cpu),
+                                  stage.frame(), options.pixels);
+                    m.cells = truth.grid.cells;
+                    m.errors = encodedErrors(image, truth.grid.pixels, truth.pixels);
+                    row.error = errorStatistics(m.errors, truth.grid.pixels);
+                    row.hasError = true;
+                }
+                const BenchResult time = benchPlanned(*runner, chain, once > longRun ? few : many,
+                                                      options.repetitions, options.seconds);
+                setTime(row, isGl ? time.passes : time.chain);
+                row.copy = isGl ? copies[runner] : time.copy.median();
+            } catch (const Error& e) {
+                row.problem = e.what();
+            }
+            if (progress) progress(row);
+            measurements.push_back(std::move(m));
+        }
+    std::vector<ChartRow> rows;
+    for (const auto& m : measurements) rows.push_back(m.row);
+    markFrontiers(rows);
+    for (size_t k = 0; k < rows.size(); k++) measurements[k].row = rows[k];
+    return measurements;
+}
+
+void markFrontiers(std::vector<ChartRow>& rows) {
+    std::map<std::vector<std::string>, std::vector<size_t>> groups;
+    for (size_t k = 0; k < rows.size(); k++) {
+        rows[k].onFrontier = false;
+        if (rows[k].problem.empty() && rows[k].hasError && !rows[k].isPeer())
+            groups[{rows[k].effect, rows[k].caseName, rows[k].backend}].push_back(k);
+    }
+    for (const auto& [key, members] : groups) {
+        std::vector<std::pair<double, double>> points;
+        for (size_t k : members) points.emplace_back(rows[k].milliseconds, rows[k].error.worst);
+        for (size_t place : paretoFrontier(points)) rows[members[place]].onFrontier = true;
+    }
+}
+
+}  // namespace brume
