@@ -14,6 +14,7 @@ void addBench(CLI::App& program);
 void addList(CLI::App& program);
 void addInfo(CLI::App& program);
 void addInspect(CLI::App& program);
+void addPreview(CLI::App& program);
 void addConvert(CLI::App& program);
 void addNew(CLI::App& program);
 

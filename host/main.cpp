@@ -25,6 +25,7 @@ int run(int argc, char** argv) {
     program.set_version_flag("--version", "brume " BRUME_VERSION);
     program.require_subcommand(1);
     host::addApply(program);
+    host::addPreview(program);
     host::addCheck(program);
     host::addBench(program);
     host::addChart(program);

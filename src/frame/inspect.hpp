@@ -42,7 +42,9 @@ std::vector<Doubt> findDoubts(const Capture& capture, const DepthEncoding& encod
 /// What the numbers of a capture could mean, ranked by the geometry each would give.
 std::vector<Reading> rankReadings(const Capture& capture);
 
-/// Colour, depth (log colours, near warm, sky white, unknown black) and the histogram of log depth side by
+/// Depth as log colours: near pale, far dark, sky white, unknown black. CV_8UC3 RGB.
+cv::Mat depthColors(const cv::Mat& depth);
+/// Colour, depth (depthColors) and the histogram of log depth side by
 /// side: CV_32FC4 scene-linear.
 cv::Mat inspectionPicture(const FramePair& frame);
 /// A thumbnail of the depth of each reading, likeliest first, `width` px each; at most eight.

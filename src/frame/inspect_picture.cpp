@@ -97,6 +97,8 @@ cv::Mat scaledTo(const cv::Mat& picture, int height, int interpolation) {
 
 }  // namespace
 
+cv::Mat depthColors(const cv::Mat& depth) { return depthPicture(depth, rangeOf(depthStatistics(depth))); }
+
 cv::Mat inspectionPicture(const FramePair& frame) {
     const int height = std::clamp(frame.size().height, 120, 480);
     const LogRange range = rangeOf(depthStatistics(frame.depth));

@@ -1,0 +1,23 @@
+// Fonts and colours of the window.
+#pragma once
+
+#include <imgui.h>
+
+namespace brume::preview {
+
+/// `scale`: of the screen, 1 for an ordinary one. After ImGui::CreateContext, before the first frame.
+void applyTheme(double scale);
+
+ImFont* boldFont();
+ImFont* monoFont();
+
+namespace colors {
+inline const ImVec4 dim{.58f, .60f, .63f, 1};
+inline const ImVec4 quiet{.74f, .75f, .78f, 1};  ///< a label of what is as it was by default
+inline const ImVec4 chosen{.23f, .42f, .57f, 1};
+inline const ImVec4 accent{.36f, .62f, .80f, 1};
+inline const ImVec4 warning{.93f, .72f, .38f, 1};
+inline const ImVec4 error{.95f, .48f, .42f, 1};
+}  // namespace colors
+
+}  // namespace brume::preview
