@@ -34,9 +34,11 @@ std::string readText(const std::string& path) {
 
 // Declared once here, so that what an author declares again can be left out.
 std::vector<std::pair<std::string, std::string>> hostUniforms(const EffectHeader& header) {
-    std::vector<std::pair<std::string, std::string>> uniforms = {
-        {"vec2", "RENDERSIZE"}, {"float", "TIME"},     {"float", "TIMEDELTA"},
-        {"vec4", "DATE"},       {"int", "FRAMEINDEX"}, {"int", "PASSINDEX"}};
+    std::vector<std::pair<std::string, std::string>> uniforms = {{"vec2", "RENDERSIZE"},
+                                                                 {"float", "TIME"},
+                                                                 {"float", "TIMEDELTA"},
+                                                                 {"vec4", "DATE"},
+                                                                 {"int", "FRAMEINDEX"}};
     std::set<std::string> seen;
     auto add = [&](const std::string& type, const std::string& name) {
         if (!name.empty() && seen.insert(name).second) uniforms.emplace_back(type, isfIdentifier(name));
@@ -69,12 +71,14 @@ vec4 isf_texture2DRect(sampler2D image, vec2 p) { return isf_atPixel(image, p); 
 
 // 420pack lets local constants have values known only at run time, as older compilers did. brume's functions
 // come before the uniforms, whose names may hide functions that they call.
-std::string head(const EffectHeader& header, size_t ownFile) {
+// The pass is a constant, so that each compiles its own share only of what a file with ten of them holds.
+std::string head(const EffectHeader& header, size_t pass, size_t ownFile) {
     std::ostringstream out;
     out << "#version 330 core\n#extension GL_ARB_shading_language_420pack : enable\n#line 1 " << ownFile
         << "\n"
         << samplingFunctions;
     for (const auto& [type, name] : hostUniforms(header)) out << "uniform " << type << " " << name << ";\n";
+    out << "const int PASSINDEX = " << pass << ";\n";
     return out.str();
 }
 
@@ -100,7 +104,7 @@ void isf_vertShaderInit() {
 )";
 
 std::set<std::string> hostNames(const EffectHeader& header) {
-    std::set<std::string> names = {"isf_FragNormCoord", "vv_FragNormCoord"};
+    std::set<std::string> names = {"isf_FragNormCoord", "vv_FragNormCoord", "PASSINDEX"};
     for (const auto& [type, name] : hostUniforms(header)) names.insert(name);
     return names;
 }
@@ -132,11 +136,12 @@ std::string stopgapVaryings(const std::vector<IsfVarying>& taken, const std::vec
     return declarations;
 }
 
-ShaderText vertexShader(const EffectHeader& header, const std::string& path, const IsfUses& fragment) {
+ShaderText vertexShader(const EffectHeader& header, size_t pass, const std::string& path,
+                        const IsfUses& fragment) {
     IsfUses uses;
     std::string body =
         path.empty() ? "" : rewriteIsf(readText(path), IsfStage::Vertex, hostNames(header), uses);
-    std::string source = head(header, 1) + vertexDeclarations;
+    std::string source = head(header, pass, 1) + vertexDeclarations;
     if (uses.identifiers.count("gl_TexCoord")) source += "out vec4 isf_TexCoord[8];\n";
     std::string assignments;
     source += stopgapVaryings(fragment.varyings, uses.varyings, assignments);
@@ -147,14 +152,14 @@ ShaderText vertexShader(const EffectHeader& header, const std::string& path, con
 
 }  // namespace
 
-std::vector<ShaderText> isfPassSource(const Step& step, size_t) {
+std::vector<ShaderText> isfPassSource(const Step& step, size_t pass) {
     const EffectHeader& header = step.effect->header;
     const ExpandedSource expanded = expandIncludes(*step.effect);
     IsfUses uses;
     const std::string body = rewriteIsf(expanded.text, IsfStage::Fragment, hostNames(header), uses);
     const std::string vertexPath = vertexFile(header);
 
-    std::string source = head(header, expanded.files.size());
+    std::string source = head(header, pass, expanded.files.size());
     // Without a vertex shader of its own a pixel's place is known exactly, not interpolated.
     source += vertexPath.empty() ? "vec2 isf_FragNormCoord = gl_FragCoord.xy / RENDERSIZE;\n"
                                  : "in vec2 isf_FragNormCoord;\n";
@@ -168,13 +173,11 @@ std::vector<ShaderText> isfPassSource(const Step& step, size_t) {
     source +=
         text("\n#line 1 ", expanded.files.size(), "\nvoid main() { isf_FragColor = vec4(0.0); isf_main(); ",
              uses.output.empty() ? "" : "isf_FragColor = " + uses.output + "; ", "}\n");
-    return {vertexShader(header, vertexPath, uses), {GL_FRAGMENT_SHADER, source, expanded.files}};
+    return {vertexShader(header, pass, vertexPath, uses), {GL_FRAGMENT_SHADER, source, expanded.files}};
 }
 
-void isfSetUniforms(const Program& program, const View& view, double timeDelta, cv::Size target,
-                    size_t pass) {
+void isfSetUniforms(const Program& program, const View& view, double timeDelta, cv::Size target) {
     program.set("RENDERSIZE", cv::Vec2f(float(target.width), float(target.height)).val, 2);
-    program.set("PASSINDEX", int(pass));
     program.set("TIMEDELTA", float(timeDelta));
     program.set("DATE", cv::Vec4f(2000, 1, 1, view.time).val, 4);
 }

@@ -11,9 +11,9 @@
 
 namespace brume {
 
-/// Per pass: RENDERSIZE, PASSINDEX, TIMEDELTA, DATE (midnight of 1 January 2000 plus TIME, so that the same
-/// frame gives the same picture).
-void isfSetUniforms(const Program& program, const View& view, double timeDelta, cv::Size target, size_t pass);
+/// Per pass: RENDERSIZE, TIMEDELTA, DATE (midnight of 1 January 2000 plus TIME, so that the same frame gives
+/// the same picture).
+void isfSetUniforms(const Program& program, const View& view, double timeDelta, cv::Size target);
 
 /// Silence, as images: a waveform at rest (audio), a spectrum of nothing (audioFFT).
 cv::Size isfAudioSize(const Parameter& parameter);

@@ -199,6 +199,59 @@ void blankConst(std::vector<Token>& tokens, size_t start, std::set<std::string>&
     blank(tokens, start, start + 1);
 }
 
+bool isPlainType(const std::string& word) {
+    static const std::set<std::string> types = {"float", "int",   "bool",  "vec2",  "vec3",
+                                                "vec4",  "ivec2", "ivec3", "ivec4", "bvec2",
+                                                "bvec3", "bvec4", "mat2",  "mat3",  "mat4"};
+    return types.count(word) > 0;
+}
+
+// `vec4 sum;` gets a value where it is declared: published files add to such variables, counting on the zeros
+// that they happened to hold where the file was written.
+void initialiseDeclared(std::vector<Token>& tokens, size_t typePlace) {
+    int depth = 0;
+    for (size_t k = nextSolid(tokens, typePlace + 1); k < tokens.size();) {
+        if (tokens[k].kind != Token::Kind::Name) return;  // a constructor, or no declaration
+        size_t next = nextSolid(tokens, k + 1);
+        if (next >= tokens.size()) return;
+        if (tokens[next].text == "," || tokens[next].text == ";") {
+            tokens[k].text += " = " + tokens[typePlace].text + "(0)";
+        } else {
+            if (tokens[next].text != "=" && tokens[next].text != "[") return;
+            for (; next < tokens.size(); next++) {
+                const std::string& text = tokens[next].text;
+                if (text == "(" || text == "[" || text == "{") depth++;
+                if (text == ")" || text == "]" || text == "}") depth--;
+                if (depth == 0 && (text == "," || text == ";")) break;
+            }
+        }
+        if (next >= tokens.size() || tokens[next].text == ";") return;
+        k = nextSolid(tokens, next + 1);
+    }
+}
+
+void initialiseLocals(std::vector<Token>& tokens) {
+    std::vector<bool> isStruct;  // of the braces around
+    bool structAhead = false;
+    std::string before;
+    for (size_t k = 0; k < tokens.size(); k++) {
+        if (isBlank(tokens[k])) continue;
+        const std::string text = tokens[k].text;
+        if (text == "struct") structAhead = true;
+        if (text == ";" || text == "(") structAhead = false;
+        if (text == "{") {
+            isStruct.push_back(structAhead);
+            structAhead = false;
+        }
+        if (text == "}" && !isStruct.empty()) isStruct.pop_back();
+        const bool startsStatement =
+            before == "{" || before == "}" || before == ";" || isPrecision(before) || before == ":";
+        if (!isStruct.empty() && !isStruct.back() && startsStatement && isPlainType(text))
+            initialiseDeclared(tokens, k);
+        before = text;
+    }
+}
+
 }  // namespace
 
 std::string isfIdentifier(const std::string& name) {
@@ -246,6 +299,7 @@ std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set
             name = found->second;
         }
     }
+    initialiseLocals(tokens);
     std::string result;
     for (const Token& token : tokens) result += token.text;
     return result;

@@ -28,8 +28,7 @@ enum class IsfStage { Vertex, Fragment };
 
 /// Replaces, identifier by identifier: names that later GLSL reserves, calls and storage words that 3.30
 /// replaced, version 1 names of ISF; blanks #version and #extension lines, and declarations of what the host
-/// declares
-/// (`hostNames`). `main` becomes isf_main.
+/// declares (`hostNames`). Local variables without a value get 0. `main` becomes isf_main.
 std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set<std::string>& hostNames,
                        IsfUses& uses);
 

@@ -206,7 +206,7 @@ void StepRunner::runPass(Bound& bound, size_t index) {
             target->fillWithSentinel();
         else if (!bound.header.linear)
             target->fill({0, 0, 0, 0});
-        setUniforms(bound, program, index, k, size);
+        setUniforms(bound, program, k, size);
         bindSamplers(bound, program);
         if (pass.compute)
             dispatch(bound, pass, program, target);
@@ -239,8 +239,7 @@ void StepRunner::dispatch(Bound& bound, const Pass& pass, const Program& program
     gl_.MemoryBarrier(GL_ALL_BARRIER_BITS);
 }
 
-void StepRunner::setUniforms(const Bound& bound, const Program& program, size_t pass, int repeat,
-                             cv::Size target) {
+void StepRunner::setUniforms(const Bound& bound, const Program& program, int repeat, cv::Size target) {
     const View& view = bound.view;
     program.set("TIME", view.time);
     program.set("FRAMEINDEX", view.frameIndex);
@@ -255,7 +254,7 @@ void StepRunner::setUniforms(const Bound& bound, const Program& program, size_t 
         program.set("view_eye", view.eye.val, 3);
         program.set("view_seed", view.seed);
     } else {
-        isfSetUniforms(program, view, bound.timeDelta, target, pass);
+        isfSetUniforms(program, view, bound.timeDelta, target);
     }
     for (const Parameter& parameter : bound.header.parameters) {
         const ParameterValue& value = bound.step.values.at(parameter.name);

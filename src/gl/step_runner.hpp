@@ -54,7 +54,7 @@ class StepRunner {
     void runPass(Bound& bound, size_t index);
     void draw(Bound& bound, const Program& program, const TexturePtr& target, bool isOutput);
     void dispatch(Bound& bound, const Pass& pass, const Program& program, const TexturePtr& target);
-    void setUniforms(const Bound& bound, const Program& program, size_t pass, int repeat, cv::Size target);
+    void setUniforms(const Bound& bound, const Program& program, int repeat, cv::Size target);
     void bindSamplers(Bound& bound, const Program& program);
     static cv::Size targetSize(const Bound& bound, const Pass& pass);
     TexturePtr constant(cv::Size size, const cv::Vec4f& value);

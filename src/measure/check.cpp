@@ -269,18 +269,17 @@ void fillWorst(const Trial& trial, WorstPixel& worst) {
             worst.reference = (isColor ? trial.truth[k].color : trial.truth[k].transmittance)[worst.channel];
 }
 
-// A filter that only a shader describes should see the scene, not the pixel grid: half the size must give
+// A filter that only a shader describes should see the scene, not the pixel grid: twice the size must give
 // about the same picture.
-void checkResolution(Runner& gl, const Subject& subject, const ParameterValues& values, Trial& trial) {
+void checkResolution(Runner& gl, const Chain& chain, Trial& trial) {
     const double largestMean = .03;
-    Chain chain;
-    chain.steps = {subject.step(values)};
-    FramePair half = trial.source->frame;
-    cv::Size size(half.color.cols / 2, half.color.rows / 2);
-    half.camera = half.camera.resized(half.size(), size);
-    cv::resize(trial.source->frame.color, half.color, size, 0, 0, cv::INTER_AREA);
-    cv::resize(trial.source->frame.depth, half.depth, size, 0, 0, cv::INTER_NEAREST);
-    cv::Mat large = trial.glColor, small = gl.run(chain, half, {}).images["color"], reduced;
+    FramePair twice = trial.source->frame;
+    const cv::Size size = twice.size() * 2;
+    twice.camera = twice.camera.resized(twice.size(), size);
+    cv::resize(trial.source->frame.color, twice.color, size, 0, 0, cv::INTER_LINEAR);
+    cv::resize(trial.source->frame.depth, twice.depth, size, 0, 0, cv::INTER_NEAREST);
+    const cv::Mat &small = trial.glColor, large = gl.run(chain, twice, {}).images["color"];
+    cv::Mat reduced;
     cv::resize(large, reduced, small.size(), 0, 0, cv::INTER_AREA);
     double sum = 0;
     for (int j = 0; j < small.rows; j++)
@@ -290,8 +289,8 @@ void checkResolution(Runner& gl, const Subject& subject, const ParameterValues& 
                                 std::clamp(reduced.at<cv::Vec4f>(j, i)[c], 0.0f, 1.0f));
     double mean = sum / (3. * double(small.total()));
     if (!(mean <= largestMean))
-        trial.fail(text("at half the resolution the picture differs by ", mean, " on average, more than ",
-                        largestMean));
+        trial.fail(text("at twice the resolution the picture differs by ", mean, " on average, more than ",
+                        largestMean, ": lengths in it are pixels, not parts of the picture"));
 }
 
 void writeArtefacts(const std::string& root, const Subject& subject, Trial& trial) {
@@ -356,7 +355,7 @@ std::vector<CheckCase> checkEffect(const std::shared_ptr<const Effect>& effect, 
             runHalf(gl, "GLSL", chain, subject, trial, trial.glColor, trial.glTransmittance);
             if (trial.glColor.empty() || (subject.hasCpu && trial.cpuColor.empty())) continue;  // a problem
             if (subject.hasReference) choosePixels(subject, options, trial);
-            if (!subject.hasCpu && frames[k].name == "ground") checkResolution(gl, subject, values, trial);
+            if (!subject.hasCpu && frames[k].name == "ground") checkResolution(gl, chain, trial);
         }
         // References are slow and independent.
         if (subject.hasReference)

@@ -56,7 +56,7 @@ void main() { gl_FragColor = vec4(vec3(mod(gl_FragCoord.x, 16.0) < 8.0 ? 1.0 : 0
     auto ran = brume("check grid.fs");
     EXPECT_EQ(ran.status, 1) << ran.out << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("FAILED"));
-    EXPECT_THAT(ran.out, HasSubstr("half the resolution"));
+    EXPECT_THAT(ran.out, HasSubstr("twice the resolution"));
     EXPECT_THAT(ran.out, HasSubstr("GLSL only"));
     EXPECT_TRUE(std::filesystem::exists(path("brume-check/grid")));
     expectError("check depth_fgo", 2, "'depth_fog'");

@@ -369,7 +369,11 @@ TEST_F(Check, glslOnlyIsCheckedForNanAndResolution) {
     EXPECT_EQ(failures(scene), 0u) << problem(scene);
     auto grid = check(
         glslOnly(head + "gl_FragColor = vec4(vec3(mod(gl_FragCoord.x, 16.0) < 8.0 ? 1.0 : 0.0), 1.0); }"));
-    EXPECT_THAT(problem(grid), HasSubstr("half the resolution"));
+    EXPECT_THAT(problem(grid), HasSubstr("twice the resolution"));
+    auto transition = check(glslOnly(R"(/*{"ISFVSN": "2", "INPUTS": [{"NAME": "startImage", "TYPE": "image"},
+            {"NAME": "endImage", "TYPE": "image"}, {"NAME": "progress", "TYPE": "float"}]}*/
+    void main() { gl_FragColor = mix(IMG_THIS_PIXEL(startImage), IMG_THIS_PIXEL(endImage), progress); })"));
+    EXPECT_EQ(failures(transition), 0u) << problem(transition);
     auto nan =
         check(glslOnly(head + "gl_FragColor = vec4(sqrt(-1.0 - IMG_THIS_NORM_PIXEL(inputImage).a)); }"));
     EXPECT_THAT(problem(nan), HasSubstr("NaN"));
