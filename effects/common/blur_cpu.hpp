@@ -8,47 +8,51 @@
 #include <vector>
 
 #include "common/blur_lines.hpp"
+#include "common/fir_lines.hpp"
 
 namespace blur {
+
+/// Both sides of a half kernel.
+inline std::vector<float> wholeTaps(std::span<const float> half) {
+    std::vector<float> taps(half.rbegin(), half.rend());
+    taps.insert(taps.end(), half.begin() + 1, half.end());
+    return taps;
+}
 
 /// A symmetric FIR along rows, then along columns. `half` holds the centre tap and one side's. `in` and `out`
 /// are CV_32FC4 of one size and do not overlap.
 inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float> half) {
-    const int reach = int(half.size()) - 1, width = in.cols, height = in.rows;
-    // The rows that one output row needs stay in the L1 cache where they can: 2·reach + 1 lines of a tile.
-    const int tile = std::clamp(96 * 1024 / (16 * (2 * reach + 1)), 32, 480) & ~7;
-    const int lines = 2 * reach + 1;
-    const int bands = std::clamp(height / std::max(4 * reach, 16), 1, 4 * cv::getNumThreads());
-    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
-        std::vector<float> padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
-        std::vector<const float*> before(reach + 1), after(reach + 1);
-        for (int band = range.start; band < range.end; band++) {
-            int y0 = int(int64_t(height) * band / bands), y1 = int(int64_t(height) * (band + 1) / bands);
-            for (int x0 = 0; x0 < width; x0 += tile) {
-                int count = std::min(tile, width - x0);
-                auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * tile; };
-                int done = std::max(0, y0 - reach);
-                for (int y = y0; y < y1; y++) {
-                    for (; done <= std::min(y + reach, height - 1); done++) {
+    const std::vector<float> taps = wholeTaps(half);
+    const int tapCount = int(taps.size()), reach = tapCount / 2, width = in.cols, height = in.rows;
+    // Upright tiles, one a task: no row is filtered twice. The filtered rows that four output rows need stay
+    // in the L2 cache where they can.
+    const int lines = tapCount - 1 + acrossRows, threads = cv::getNumThreads();
+    const int widest = std::clamp(384 * 1024 / (16 * lines), 32, 960);
+    const int tiles = std::min((width + 31) / 32, ((width - 1) / widest / threads + 1) * threads);
+    const int tile = ((width - 1) / tiles / 32 + 1) * 32;
+    cv::parallel_for_(
+        cv::Range(0, (width - 1) / tile + 1),
+        [&](const cv::Range& range) {
+            std::vector<float> padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
+            std::vector<const float*> rows(lines);
+            auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * tile; };
+            for (int index = range.start; index < range.end; index++) {
+                const int x0 = index * tile, count = std::min(tile, width - x0);
+                for (int y = 0, done = 0; y < height; y += acrossRows) {
+                    for (; done <= std::min(y + acrossRows - 1 + reach, height - 1); done++)
                         filterReplicated(slot(done), 4 * count, padded, in.ptr<float>(done), width,
                                          x0 - reach, count + 2 * reach, [&](const float* line) {
-                                             const float* center = line + 4 * reach;
-                                             for (int t = 1; t <= reach; t++)
-                                                 before[t] = center - 4 * t, after[t] = center + 4 * t;
-                                             symmetricSum(slot(done), center, before.data(), after.data(),
-                                                          half.data(), reach, 4 * count);
+                                             firAlong(slot(done), line, taps.data(), tapCount, count);
                                          });
-                    }
-                    for (int t = 1; t <= reach; t++) {
-                        before[t] = slot(std::max(y - t, 0));
-                        after[t] = slot(std::min(y + t, height - 1));
-                    }
-                    symmetricSum(out.ptr<float>(y) + 4 * x0, slot(y), before.data(), after.data(),
-                                 half.data(), reach, 4 * count);
+                    for (int u = 0; u < lines; u++) rows[u] = slot(std::clamp(y - reach + u, 0, height - 1));
+                    float* to[acrossRows];
+                    const int rowCount = std::min(acrossRows, height - y);
+                    for (int k = 0; k < rowCount; k++) to[k] = out.ptr<float>(y + k) + 4 * x0;
+                    firAcross(to, rowCount, rows.data(), 1, taps.data(), tapCount, 4 * count);
                 }
             }
-        }
-    });
+        },
+        tiles);
 }
 
 /// The numbers of a decimated blur, see blur_design.hpp.
@@ -73,7 +77,9 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
                      FilterRow filterRow) {
     const int reach = int(half.size()) - 1;
     const int smallWidth = smallLength(width, factor), smallHeight = smallLength(height, factor);
-    const int pairCount = reach + 1, lines = 2 * reach + 1;
+    const std::vector<float> taps = wholeTaps(half);
+    const int tapCount = int(taps.size()), pairCount = reach + 1;
+    const int lines = tapCount + (acrossRows - 1) * factor;
     std::vector<float> pairs(8 * pairCount, 0.0f);
     for (int t = -reach; t <= reach; t++)
         for (int c = 0; c < 4; c++) pairs[4 * (t + reach) + c] = half[std::abs(t)];
@@ -86,23 +92,23 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
         const int first = -smallMargin * factor - reach;
         const int count = (smallWidth - 1) * factor + 2 * pairCount;
         std::vector<float> padded(4 * size_t(count)), ring(size_t(lines) * 4 * smallWidth);
-        std::vector<const float*> before(reach + 1), after(reach + 1);
+        std::vector<const float*> rows(lines);
         auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * smallWidth; };
         for (int band = range.start; band < range.end; band++) {
             int j0 = smallHeight * band / bands, j1 = smallHeight * (band + 1) / bands;
             int done = std::clamp((j0 - smallMargin) * factor - reach, 0, height - 1);
-            for (int j = j0; j < j1; j++) {
-                int y = (j - smallMargin) * factor;
-                for (; done <= std::clamp(y + reach, 0, height - 1); done++) {
+            for (int j = j0; j < j1; j += acrossRows) {
+                const int rowCount = std::min(acrossRows, j1 - j), y = (j - smallMargin) * factor;
+                for (; done <= std::clamp(y + (rowCount - 1) * factor + reach, 0, height - 1); done++) {
                     float* result = slot(done);
                     filterRow(done, first, count, padded, result, 4 * smallWidth, [&](const float* line) {
                         decimateLine(result, line, pairs.data(), pairCount, factor, smallWidth);
                     });
                 }
-                auto line = [&](int row) { return slot(std::clamp(row, 0, height - 1)); };
-                for (int t = 1; t <= reach; t++) before[t] = line(y - t), after[t] = line(y + t);
-                symmetricSum(small.ptr<float>(j), line(y), before.data(), after.data(), half.data(), reach,
-                             4 * smallWidth);
+                for (int u = 0; u < lines; u++) rows[u] = slot(std::clamp(y - reach + u, 0, height - 1));
+                float* to[acrossRows];
+                for (int k = 0; k < rowCount; k++) to[k] = small.ptr<float>(j + k);
+                firAcross(to, rowCount, rows.data(), factor, taps.data(), tapCount, 4 * smallWidth);
             }
         }
     });

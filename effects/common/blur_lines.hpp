@@ -8,13 +8,9 @@
 #include <cstring>
 #include <vector>
 
-#include "effect/kit/math.hpp"
+#include "common/fir_lines.hpp"
 
 namespace blur {
-
-// Two pixels, one pixel; unaligned.
-typedef float Two __attribute__((vector_size(32), aligned(4), may_alias));
-typedef float One __attribute__((vector_size(16), aligned(4), may_alias));
 
 // NaN as 0 and ±inf as ±65504, so that one bad pixel cannot spread over a whole blur.
 BRUME_VECTORISE static void copyFinite(float* out, const float* in, int floats) {

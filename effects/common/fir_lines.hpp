@@ -1,0 +1,104 @@
+// The inner loops of every FIR here, over lines of RGBA floats. Each loaded pixel serves several outputs while
+// it is in a register; every output sums its taps in one fixed order, so the same pixel gets the same bits
+// whatever thread, tile or vector width computed it.
+#pragma once
+
+#include <array>
+
+#include "effect/kit/math.hpp"
+
+namespace blur {
+
+// Four pixels, two, one; unaligned.
+typedef float Four __attribute__((vector_size(64), aligned(4), may_alias));
+typedef float Two __attribute__((vector_size(32), aligned(4), may_alias));
+typedef float One __attribute__((vector_size(16), aligned(4), may_alias));
+// For templates, whose arguments would lose the attributes.
+struct Fours {
+    typedef Four Vector;
+};
+struct Ones {
+    typedef One Vector;
+};
+
+// out[i] = Σ taps[t]·line[i + t], in pixels: taps 0, 4, 8, ..., then 1, 5, 9, ..., and so on. Vectors four
+// pixels apart take turns being multiplied by the taps four apart.
+template <int vectors, class Pixels>
+BRUME_INLINE void alongBlock(float* out, const float* line, const float* taps, int tapCount) {
+    typedef typename Pixels::Vector Vector;
+    constexpr int floats = sizeof(Vector) / 4;
+    Vector a[vectors] = {};
+    for (int phase = 0; phase < 4; phase++) {
+        const float* from = line + 4 * phase;
+        Vector x[vectors];
+        for (int k = 0; k + 1 < vectors; k++) x[k] = *(const Vector*)(from + floats * k);
+        for (int t = phase; t < tapCount; t += 4, from += 16) {
+            x[vectors - 1] = *(const Vector*)(from + floats * (vectors - 1));
+            for (int k = 0; k < vectors; k++) a[k] += taps[t] * x[k];
+            for (int k = 0; k + 1 < vectors; k++) x[k] = x[k + 1];
+        }
+    }
+    for (int k = 0; k < vectors; k++) *(Vector*)(out + floats * k) = a[k];
+}
+BRUME_VECTORISE static void firAlong(float* out, const float* line, const float* taps, int tapCount,
+                                     int pixels) {
+    int i = 0;
+    for (; i + 32 <= pixels; i += 32) alongBlock<8, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
+    for (; i + 4 <= pixels; i += 4) alongBlock<1, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
+    for (; i < pixels; i++) alongBlock<1, Ones>(out + 4 * i, line + 4 * i, taps, tapCount);
+}
+
+/// Rows that one call of firAcross may give.
+constexpr int acrossRows = 4;
+
+// Rows from..to - 1, for the outputs first..last that have taps for them.
+template <int first, int last, int vectors>
+BRUME_INLINE void acrossRange(Four (&a)[acrossRows][vectors], const float* const* rows, int from, int to,
+                              int at, const float* taps, int step) {
+    for (int u = from; u < to; u++) {
+        const float* row = rows[u] + at;
+        for (int c = 0; c < vectors; c++) {
+            Four x = *(const Four*)(row + 16 * c);
+            for (int k = first; k <= last; k++) a[k][c] += taps[u - k * step] * x;
+        }
+    }
+}
+template <int vectors>
+BRUME_INLINE void acrossBlock(float* const* out, const float* const* rows, int step, const float* taps,
+                              int tapCount, int at) {
+    Four a[acrossRows][vectors] = {};
+    const int s = step, n = tapCount;
+    acrossRange<0, 0>(a, rows, 0, s, at, taps, s);
+    acrossRange<0, 1>(a, rows, s, 2 * s, at, taps, s);
+    acrossRange<0, 2>(a, rows, 2 * s, 3 * s, at, taps, s);
+    acrossRange<0, 3>(a, rows, 3 * s, n, at, taps, s);
+    acrossRange<1, 3>(a, rows, n, n + s, at, taps, s);
+    acrossRange<2, 3>(a, rows, n + s, n + 2 * s, at, taps, s);
+    acrossRange<3, 3>(a, rows, n + 2 * s, n + 3 * s, at, taps, s);
+    for (int k = 0; k < acrossRows; k++)
+        for (int c = 0; c < vectors; c++) *(Four*)(out[k] + at + 16 * c) = a[k][c];
+}
+template <class Pixels>
+BRUME_INLINE void acrossOne(float* out, const float* const* rows, const float* taps, int tapCount, int at) {
+    typedef typename Pixels::Vector Vector;
+    Vector a = {};
+    for (int t = 0; t < tapCount; t++) a += taps[t] * *(const Vector*)(rows[t] + at);
+    *(Vector*)(out + at) = a;
+}
+
+// out[k] = Σ taps[t]·rows[k·step + t] for `count` <= acrossRows outputs, taps in rising order.
+BRUME_VECTORISE static void firAcross(float* const* out, int count, const float* const* rows, int step,
+                                      const float* taps, int tapCount, int floats) {
+    int at = 0;
+    if (count == acrossRows && tapCount >= 3 * step) {
+        for (; at + 32 <= floats; at += 32) acrossBlock<2>(out, rows, step, taps, tapCount, at);
+        for (; at + 16 <= floats; at += 16) acrossBlock<1>(out, rows, step, taps, tapCount, at);
+    }
+    for (int k = 0; k < count; k++) {
+        int i = at;
+        for (; i + 16 <= floats; i += 16) acrossOne<Fours>(out[k], rows + k * step, taps, tapCount, i);
+        for (; i < floats; i += 4) acrossOne<Ones>(out[k], rows + k * step, taps, tapCount, i);
+    }
+}
+
+}  // namespace blur
