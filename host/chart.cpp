@@ -41,7 +41,8 @@ void addChart(CLI::App& program) {
     command->add_option("EFFECT", a->effects, "Effects' names or .fs files (default: all there are)");
     command->add_option("-o,--output", a->output, "Folder for what is written, made if missing")->required();
     command
-        ->add_option("--frame", a->frames, "A captured frame to work on (default: one made up of walls and sky)")
+        ->add_option("--frame", a->frames,
+                     "A captured frame to work on (default: one made up of walls and sky)")
         ->allow_extra_args(false);
     a->frameOptions.addTo(*command);
     a->size = "1280x720";

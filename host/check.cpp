@@ -8,6 +8,7 @@
 
 #include "commands.hpp"
 #include "cpu/cpu_runner.hpp"
+#include "effect/missing_half.hpp"
 #include "error.hpp"
 #include "options.hpp"
 
@@ -98,6 +99,14 @@ bool checkOne(const std::string& name, Runner& cpu, Runner& gl, const Arguments&
               << (failed ? text("FAILED ", failed) : "ok") << (effect->plugin ? "" : ", GLSL only");
     if (size_t left = parity.leftOut + reference.leftOut) std::cout << ", " << left << " pixels left out";
     std::cout << "\n";
+    if (!effect->plugin) {
+        const std::string unbuilt = unbuiltSource(effect->header.path);
+        std::cout
+            << "  " << (unbuilt.empty() ? "it has no C++ half" : unbuilt) << "\n  "
+            << (unbuilt.empty() ? "" : "so ")
+            << "checked is only its GLSL: NaN from finite input, the same picture twice, the same at twice "
+               "the resolution\n";
+    }
     if (parity.compared)
         std::cout << "  GLSL/CPU on '" << parity.frame << "', " << parity.parameters << " at "
                   << placeOf(parity.pixel) << "\n";

@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string sampleName = "distance_veil", sampleTitle = "Distance veil";
+// The three spellings of the sample's name, as they occur in it.
+const std::string sampleName = "distance_veil", sampleTitle = "Distance veil", sampleType = "DistanceVeil";
 
 void checkName(const std::string& name) {
     static const std::regex allowed("[a-z][a-z0-9]*(_[a-z0-9]+)*");
@@ -40,6 +41,17 @@ std::string titleOf(const std::string& name) {
     return title;
 }
 
+// "morning_mist" becomes MorningMist.
+std::string typeOf(const std::string& name) {
+    std::string type;
+    bool isStart = true;
+    for (char c : name) {
+        if (c != '_') type += isStart ? char(std::toupper(static_cast<unsigned char>(c))) : c;
+        isStart = c == '_';
+    }
+    return type;
+}
+
 void writeEffect(const std::string& name) {
     checkName(name);
     if (fs::exists(name)) failUsage("'", name, "' exists already; nothing was written");
@@ -59,7 +71,8 @@ void writeEffect(const std::string& name) {
         const std::string content((std::istreambuf_iterator<char>(in)), {});
         const fs::path target = fs::path(name) / replaced(file.filename().string(), sampleName, name);
         std::ofstream out(target, std::ios::binary);
-        out << replaced(replaced(content, sampleName, name), sampleTitle, titleOf(name));
+        out << replaced(replaced(replaced(content, sampleName, name), sampleTitle, titleOf(name)), sampleType,
+                        typeOf(name));
         out.close();
         if (!in || !out) failIo(target.string(), ": cannot be written");
         std::cout << (file == files[0] ? " " : ", ") << target.string();

@@ -5,6 +5,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "cpu/image_pool.hpp"
+#include "effect/missing_half.hpp"
 #include "error.hpp"
 
 namespace brume {
@@ -99,7 +100,11 @@ class CpuRunner final : public Runner {
 
     Bound bind(const Step& step, bool readsTransmittance, const cv::Mat& input) {
         const Effect& effect = *step.effect;
-        if (!effect.plugin) failUsage(effect.name(), " is GLSL only; run it with --backend gl");
+        if (!effect.plugin) {
+            const std::string unbuilt = unbuiltSource(effect.header.path);
+            failUsage(effect.name(), " is GLSL only",
+                      unbuilt.empty() ? "; run it with --backend gl" : ": " + unbuilt);
+        }
         Bound bound{&step, effect.plugin->makeParams(step.values), {}};
         CpuContext& context = bound.context;
         context.input = input;

@@ -8,6 +8,7 @@
 
 #include "effect/effect.hpp"
 #include "effect/guarded_plugin.hpp"
+#include "effect/missing_half.hpp"
 #include "error.hpp"
 #include "nearest_name.hpp"
 
@@ -124,7 +125,7 @@ std::shared_ptr<const Effect> loadEffect(const std::string& fsPath, const std::s
     if (libraryPath.empty()) {
         if (!effect->header.derived.empty())
             failUsage(fsPath, ": declares DERIVED, which needs its plugin ", effect->header.name,
-                      ".so beside it");
+                      ".so beside it", unbuiltSource(fsPath).empty() ? "" : "; " + unbuiltSource(fsPath));
         return effect;
     }
     if (!effect->header.linear) failUsage(fsPath, ": an effect with a plugin needs \"SPACE\": \"linear\"");

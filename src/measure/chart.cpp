@@ -46,8 +46,7 @@ Chain planned(Chain chain, const FramePair& frame, Backend backend) {
 
 std::string keyOf(const Step& step) {
     json all;
-    for (const Parameter& p : step.effect->header.parameters)
-        all[p.name] = toJson(p, step.values.at(p.name));
+    for (const Parameter& p : step.effect->header.parameters) all[p.name] = toJson(p, step.values.at(p.name));
     return all.dump();
 }
 
@@ -205,10 +204,9 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
                 const cv::Mat image = runner->run(chain, many[1], {}).images["color"].clone();
                 const double once = double(cv::getTickCount() - start) * 1e3 / cv::getTickFrequency();
                 if (isKnown) {
-                    const Truth& truth =
-                        truths.of(planned(stage.chain(effect, variant.truth, variant.given), stage.frame(),
-                                          Backend::Cpu),
-                                  stage.frame(), options.pixels);
+                    const Truth& truth = truths.of(planned(stage.chain(effect, variant.truth, variant.given),
+                                                           stage.frame(), Backend::Cpu),
+                                                   stage.frame(), options.pixels);
                     m.cells = truth.grid.cells;
                     m.errors = encodedErrors(image, truth.grid.pixels, truth.pixels);
                     row.error = errorStatistics(m.errors, truth.grid.pixels);

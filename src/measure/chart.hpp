@@ -20,10 +20,10 @@ struct ChartRow {
     std::string backend;  ///< "cpu", "gl", or "peer"
     std::string device;   ///< what ran it: "CPU, 2 threads", the GL renderer, the peer's own words
     std::string frame;
-    cv::Size size;        ///< of the frame
+    cv::Size size;  ///< of the frame
     /// ms: median and quartiles. On GL of the passes alone, by GPU timer queries; on the CPU wall time.
     double milliseconds = 0, low = 0, high = 0;
-    double copy = 0;      ///< ms that copying the frame took on that device; 0: not known
+    double copy = 0;  ///< ms that copying the frame took on that device; 0: not known
     ErrorStatistics error;
     bool hasError = false;    ///< false: the effect has no reference
     bool onFrontier = false;  ///< among its case's and backend's, in time and worst error

@@ -103,6 +103,29 @@ void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * vec4(0.5, 0.5, 0.5, 1.
     expectError("apply ./half.fs street.exr -o o.png --backend cpu", 2, "GLSL only");
 }
 
+TEST_F(Tools, aSourceThatIsNotBuiltIsNamed) {
+    addFrame("street.exr");
+    const std::string half = R"(#include "kit/image.glsl"
+void main() { store(fetch(inputImage, pixel()) * 0.5); }
+)";
+    addText("half.fs",
+            R"(/*{"ISFVSN": "2", "SPACE": "linear", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
+)" + half);
+    EXPECT_THAT(brume("check half.fs --random 0").out, HasSubstr("it has no C++ half"));
+    addText("half.cpp", "int main() {}\n");
+    auto checked = brume("check half.fs --random 0");
+    EXPECT_EQ(checked.status, 0) << checked.out << checked.err;
+    EXPECT_THAT(checked.out, HasSubstr("half.cpp beside it is not built into half.so"));
+    EXPECT_THAT(checked.out, HasSubstr("build/effects/half"));
+    EXPECT_THAT(checked.out, HasSubstr("NaN from finite input"));
+    expectError("apply ./half.fs street.exr -o o.png --backend cpu", 2, "half.cpp beside it is not built");
+    addText("half.fs",
+            R"(/*{"ISFVSN": "2", "SPACE": "linear", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}],
+    "DERIVED": [{"NAME": "one", "TYPE": "float", "FROM": []}]}*/
+)" + half);
+    expectError("check half.fs", 2, "half.cpp beside it is not built");
+}
+
 TEST_F(Tools, benchPrintsMillisecondsAndRatio) {
     auto ran = brume("bench depth_fog --size 64x48 --repetitions 3 --steps");
     EXPECT_EQ(ran.status, 0) << ran.err;
