@@ -105,10 +105,12 @@ inline ReferencePixel reference(const DepthFog& p, const ReferenceContext& c, cv
         Truth nearby = fogTruth(p, scene, planar + sign * planarUlps, distance + sign * distanceUlps, cosine);
         Truth turned = fogTruth(p, scene, planar, distance, cosine + sign * 4 * epsilon);
         for (int n = 0; n < 3; n++) {
-            for (double difference : {nearby.color[n] - truth.color[n], turned.color[n] - truth.color[n],
-                                      nearby.transmittance[n] - truth.transmittance[n]})
-                if (std::isfinite(difference))
-                    pixel.allowance = std::max(pixel.allowance, std::abs(difference));
+            for (const Truth& other : {nearby, turned}) {
+                const double difference = std::abs(other.color[n] - truth.color[n]);
+                if (std::isfinite(difference)) pixel.allowance = std::max(pixel.allowance, difference);
+            }
+            pixel.transmittanceAllowance = std::max(
+                pixel.transmittanceAllowance, std::abs(nearby.transmittance[n] - truth.transmittance[n]));
         }
     }
     return pixel;

@@ -289,12 +289,16 @@ void reference(const HeightFog& p, const ReferenceContext& c, std::span<const cv
                 against(depth * (1 + 4 * epsilon * (1 + exponent)) +
                         4 * epsilon * L * referenceDensity(p, eye + L * up, n));
                 take();
+                against(depth + approximate.changeOfHeights(eye, L, up, n));
+                take();
             }
-            const double reach = std::max(1., std::abs(C - A));
+            const double reach = std::abs(C - A);
             pixel.allowance = std::max(pixel.allowance, sum * reach);
+            pixel.transmittanceAllowance = std::max(pixel.transmittanceAllowance, sum);
             if (std::isfinite(L) && !approximate.isExact()) {
                 against(approximate(eye, L, up, n));
                 pixel.methodError = std::max(pixel.methodError, change * reach);
+                pixel.transmittanceMethodError = std::max(pixel.transmittanceMethodError, change);
             }
         }
         pixel.color[3] = scene[3];

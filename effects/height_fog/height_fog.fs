@@ -112,9 +112,10 @@ vec3 layersMean(float dy) {
 // 2. ramp: over each linear piece, the density half-way, weighted by how much of the way lies in it
 vec3 rampDensity(float y) {
     vec3 rho = ramp_knots[0].rgb;
+    // from the knot below: a sum of all rises up to y would keep the rounding of knots far from the eye
     for (int k = 0; k < 3; k++)
-        rho += ramp_slopes[k].rgb * (clamp(y, ramp_knots[k].w, ramp_knots[k + 1].w) - ramp_knots[k].w);
-    return rho;
+        if (y > ramp_knots[k].w) rho = ramp_knots[k].rgb + ramp_slopes[k].rgb * (y - ramp_knots[k].w);
+    return y > ramp_knots[3].w ? ramp_knots[3].rgb : rho;
 }
 vec3 rampMean(float dy) {
     float low = min(dy, 0.0), high = max(dy, 0.0), way = high - low;

@@ -61,12 +61,10 @@ struct Ramp {
     Real y[4], density[4], slope[4];  ///< the last slope unused
 
     BRUME_INLINE Real at(Real h) const {
+        // from the knot below: a sum of all rises up to h would keep the rounding of knots far from the eye
         Real rho = density[0];
-        for (int k = 0; k < 3; k++) {
-            const Real inside = h < y[k] ? y[k] : (h > y[k + 1] ? y[k + 1] : h);
-            rho += slope[k] * (inside - y[k]);
-        }
-        return rho;
+        for (int k = 0; k < 3; k++) rho = h > y[k] ? density[k] + slope[k] * (h - y[k]) : rho;
+        return h > y[3] ? density[3] : rho;
     }
     BRUME_INLINE Real mean(Real h, Real eyeDensity) const {
         const Real low = h < Real(0) ? h : Real(0), high = h < Real(0) ? Real(0) : h;

@@ -347,34 +347,46 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
     }
     pixel.color[3] = scene[3];
 
+    struct Change {
+        double color = 0, transmittance = 0;
+        void take(const Change& other) {
+            color = std::max(color, other.color);
+            transmittance = std::max(transmittance, other.transmittance);
+        }
+    };
     auto change = [&](double l, double r, double noiseAt, double cos) {
         const Outcome other = outcomeOf(p, scene, l, r, noiseAt, cos);
-        double largest = std::abs(other.transmittance - truth.transmittance);
+        Change largest;
+        largest.transmittance = std::abs(other.transmittance - truth.transmittance);
         for (int k = 0; k < 3; k++) {
             const double difference = other.color[k] - truth.color[k];
-            if (std::isfinite(difference)) largest = std::max(largest, std::abs(difference));
+            if (std::isfinite(difference)) largest.color = std::max(largest.color, std::abs(difference));
             if (!std::isfinite(scene[k]) && other.hidesAll != truth.hidesAll) pixel.ambiguous = true;
         }
         return largest;
     };
-    double lengthwise = 0, noisewise = 0, densitywise = 0, sunwise = 0;
+    Change lengthwise, noisewise, densitywise, sunwise;
     for (int sign : {-1, 1}) {
         const double l =
             std::isfinite(L) ? std::max(0., L + sign * epsilon * std::max(L, double(p.start))) : L;
-        lengthwise = std::max(lengthwise, change(l, relative, n, cosine));
+        lengthwise.take(change(l, relative, n, cosine));
         const double around = std::clamp(n + sign * noiseChange, 0., 1.);
         if (p.where != asAProduct) {
-            noisewise = std::max(noisewise, change(L, relativeDensity(p, around, dy), around, cosine));
+            noisewise.take(change(L, relativeDensity(p, around, dy), around, cosine));
             const double climbed = relativeDensity(p, n, dy + sign * epsilon * std::min(L, 1e15));
-            densitywise = std::max(densitywise, change(L, climbed, n, cosine));
+            densitywise.take(change(L, climbed, n, cosine));
         } else {
-            densitywise =
-                std::max(densitywise, change(L, std::max(0., relative + sign * relativeChange), n, cosine));
+            densitywise.take(change(L, std::max(0., relative + sign * relativeChange), n, cosine));
         }
-        sunwise = std::max(sunwise, change(L, relative, n, std::min(1., cosine + sign * epsilon)));
+        sunwise.take(change(L, relative, n, std::min(1., cosine + sign * epsilon)));
     }
-    pixel.allowance = lengthwise + noisewise + densitywise + sunwise;
-    pixel.methodError = change(L, methodRelative, methodNoise, cosine);
+    for (const Change& c : {lengthwise, noisewise, densitywise, sunwise}) {
+        pixel.allowance += c.color;
+        pixel.transmittanceAllowance += c.transmittance;
+    }
+    const Change method = change(L, methodRelative, methodNoise, cosine);
+    pixel.methodError = method.color;
+    pixel.transmittanceMethodError = method.transmittance;
     return pixel;
 }
 

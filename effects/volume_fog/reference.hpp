@@ -26,7 +26,7 @@ inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const bru
     brume::ReferencePixel pixel;
     pixel.ambiguous = replayed.ambiguous;
     const double least = std::exp(-87.);  // less transmittance counts as none in fp32
-    double largest = 0, difference = std::abs(transmittance - replayed.transmittance);
+    double largest = 0, difference = 0;
     pixel.color[3] = color[3];
     for (int k = 0; k < 3; k++) {
         pixel.color[k] = (transmittance > 0 ? color[k] * transmittance : 0) + integral.scattered[k];
@@ -76,6 +76,8 @@ inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const bru
     }
     pixel.allowance = lamps + rounding * largest;
     pixel.methodError = 1.01 * difference + integral.doubt;
+    pixel.transmittanceAllowance = rounding;
+    pixel.transmittanceMethodError = 1.01 * std::abs(transmittance - replayed.transmittance) + integral.doubt;
     return pixel;
 }
 

@@ -66,16 +66,17 @@ struct ReferenceContext {
     const cv::Mat& image(std::string_view name) const { return images.find(name)->second; }
 };
 
-/// The truth at one pixel, and how well it can be known.
+/// The truth at one pixel, and how well it can be known. Colour and transmittance are judged apart: an HDR
+/// colour's bound says nothing about a transmittance, whose scale is always 1.
 struct ReferencePixel {
     cv::Vec4d color;
     cv::Vec4d transmittance = {1, 1, 1, 1};  ///< of this effect alone
     double scale = 1;  ///< what TOLERANCE's relative bound refers to: the largest of 1, |C|, |A|
     /// Conditioning: |∂out/∂x|·4 ulp(x) of an fp32 intermediate x that no method avoids. Widens both bounds.
-    double allowance = 0;
+    double allowance = 0, transmittanceAllowance = 0;
     /// What the chosen method itself may be off by (a table's, a step count's, a truncated kernel's error),
     /// as it states it. Widens the reference's bound only: both halves run the same method.
-    double methodError = 0;
+    double methodError = 0, transmittanceMethodError = 0;
     bool ambiguous = false;  ///< a comparison within 4 ulp decides a discontinuity: counted, left out
 };
 
@@ -102,7 +103,7 @@ class PluginEffect {
     virtual Plan plan(const Params&, const PlanInput&) const = 0;
 };
 
-inline constexpr uint32_t pluginInterfaceVersion = 1;
+inline constexpr uint32_t pluginInterfaceVersion = 2;
 
 /// The one symbol a plugin exports, as `brume_plugin`.
 struct PluginEntry {

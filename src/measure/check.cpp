@@ -4,13 +4,16 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "effect/preset.hpp"
 #include "error.hpp"
 #include "frame/write.hpp"
 #include "measure/check_mirror.hpp"
+#include "measure/check_pixels.hpp"
 
 namespace brume {
 namespace {
@@ -23,11 +26,20 @@ struct Trial {
     CheckCase result;
     cv::Mat cpuColor, cpuTransmittance, glColor, glTransmittance;
     std::vector<cv::Point> pixels;  // where the reference is asked
+    size_t spread = 0;              // the first so many were chosen without a look at the halves
     std::vector<ReferencePixel> truth;
 
     void fail(const std::string& problem) {
         if (result.problem.empty()) result.problem = problem;
     }
+};
+
+// Every pixel where the halves differ is asked about, so of all pixels those excused are known. How many are
+// called ambiguous whether or not they differ, only the evenly spread ones tell.
+struct AmbiguousShare {
+    size_t leftOut = 0, all = 0;
+    void add(size_t out, size_t judged) { leftOut += out, all += out + judged; }
+    bool isTooLarge() const { return double(leftOut) > maxAmbiguousShare * double(all); }
 };
 
 struct Subject {
@@ -124,31 +136,6 @@ void runHalf(Runner& runner, const char* half, const Chain& chain, const Subject
     }
 }
 
-// At most `count` pixels: corners, borders, and the inside evenly, by a sequence of low discrepancy.
-std::vector<cv::Point> spreadPixels(cv::Size size, size_t count) {
-    std::vector<cv::Point> pixels;
-    if (size.area() <= int(count)) {
-        for (int k = 0; k < size.area(); k++) pixels.emplace_back(k % size.width, k / size.width);
-        return pixels;
-    }
-    std::set<std::pair<int, int>> seen;
-    auto add = [&](int x, int y) {
-        if (pixels.size() < count && seen.insert({x, y}).second) pixels.emplace_back(x, y);
-    };
-    int right = size.width - 1, bottom = size.height - 1;
-    for (int x : {0, right})
-        for (int y : {0, bottom}) add(x, y);
-    for (int k = 1; k < 8; k++)
-        for (bool far : {false, true}) {
-            add(right * k / 8, far ? bottom : 0);
-            add(far ? right : 0, bottom * k / 8);
-        }
-    const double g = 1.32471795724474602596;  // plastic number
-    for (int k = 1; pixels.size() < count; k++)
-        add(int(std::fmod(.5 + k / g, 1.) * size.width), int(std::fmod(.5 + k / (g * g), 1.) * size.height));
-    return pixels;
-}
-
 double valueAt(const cv::Mat& image, cv::Point place, int channel) {
     return image.ptr<float>(place.y)[place.x * image.channels() + channel];
 }
@@ -167,34 +154,45 @@ void merge(Comparison& whole, WorstPixel& worst, const Comparison& part, const s
     if (isWorse) worst = {image, part.place, part.channel, {}, {}, {}};
 }
 
+// How one of a pixel's two images is judged.
+struct Bounds {
+    cv::Vec4d truth;
+    double scale, allowance, methodError;
+};
+Bounds boundsOf(const ReferencePixel& truth, bool isColor) {
+    if (isColor) return {truth.color, truth.scale, truth.allowance, truth.methodError};
+    return {truth.transmittance, 1, truth.transmittanceAllowance, truth.transmittanceMethodError};
+}
+
 // The bound of MODELS.md, relative to the reference's scale. Where that or the allowance is not finite (C =
 // inf in one channel) only the values themselves can say what precision means.
-double referenceBound(const Tolerance& tolerance, const ReferencePixel& truth) {
+double referenceBound(const Tolerance& tolerance, const Bounds& bounds) {
     double largest = 1;
     for (int c = 0; c < 4; c++)
-        if (std::isfinite(truth.color[c])) largest = std::max(largest, std::abs(truth.color[c]));
-    return tolerance.reference * (std::isfinite(truth.scale) ? truth.scale : largest) +
-           (std::isfinite(truth.allowance) ? truth.allowance : tolerance.rel * largest) +
-           (std::isfinite(truth.methodError) ? truth.methodError : 0);
+        if (std::isfinite(bounds.truth[c])) largest = std::max(largest, std::abs(bounds.truth[c]));
+    return tolerance.reference * (std::isfinite(bounds.scale) ? bounds.scale : largest) +
+           (std::isfinite(bounds.allowance) ? bounds.allowance : tolerance.rel * largest) +
+           (std::isfinite(bounds.methodError) ? bounds.methodError : 0);
 }
 
 void compareParity(const Subject& subject, Trial& trial) {
     const Tolerance& tolerance = subject.effect->header.tolerance;
-    cv::Mat allowance = cv::Mat::zeros(trial.cpuColor.size(), CV_64F);
     cv::Mat ambiguous = cv::Mat::zeros(trial.cpuColor.size(), CV_8U);
-    for (size_t k = 0; k < trial.truth.size(); k++) {
-        if (std::isfinite(trial.truth[k].allowance))
-            allowance.at<double>(trial.pixels[k]) = trial.truth[k].allowance;
+    for (size_t k = 0; k < trial.truth.size(); k++)
         ambiguous.at<uint8_t>(trial.pixels[k]) = trial.truth[k].ambiguous;
-    }
     trial.result.parity = {};
-    auto compare = [&](const cv::Mat& gl, const cv::Mat& cpu, const char* name) {
+    auto compare = [&](const cv::Mat& gl, const cv::Mat& cpu, bool isColor) {
+        cv::Mat allowance = cv::Mat::zeros(cpu.size(), CV_64F);
+        for (size_t k = 0; k < trial.truth.size(); k++) {
+            const double allowed = boundsOf(trial.truth[k], isColor).allowance;
+            if (std::isfinite(allowed)) allowance.at<double>(trial.pixels[k]) = allowed;
+        }
         merge(trial.result.parity, trial.result.parityWorst,
-              compareImages(gl, cpu, tolerance.abs, tolerance.rel, allowance, ambiguous), name);
+              compareImages(gl, cpu, tolerance.abs, tolerance.rel, allowance, ambiguous),
+              isColor ? "color" : "transmittance");
     };
-    compare(trial.glColor, trial.cpuColor, "color");
-    if (!trial.cpuTransmittance.empty())
-        compare(trial.glTransmittance, trial.cpuTransmittance, "transmittance");
+    compare(trial.glColor, trial.cpuColor, true);
+    if (!trial.cpuTransmittance.empty()) compare(trial.glTransmittance, trial.cpuTransmittance, false);
 }
 
 // Where the reference is asked: spread over the frame, where the halves differ (it may know that no method
@@ -202,6 +200,7 @@ void compareParity(const Subject& subject, Trial& trial) {
 void choosePixels(const Subject& subject, const CheckOptions& options, Trial& trial) {
     const cv::Mat& any = subject.hasCpu ? trial.cpuColor : trial.glColor;
     trial.pixels = spreadPixels(any.size(), options.referencePixels);
+    trial.spread = trial.pixels.size();
     if (!subject.hasCpu) return;
     std::set<std::pair<int, int>> seen;
     for (cv::Point p : trial.pixels) seen.insert({p.x, p.y});
@@ -243,19 +242,20 @@ void compareReference(const Subject& subject, Trial& trial) {
     int count = int(trial.pixels.size());
     cv::Mat ours(1, count, CV_64FC4), truth(1, count, CV_64FC4), bound(1, count, CV_64F),
         ambiguous(1, count, CV_8U);
-    auto compare = [&](const cv::Mat& image, const char* name, cv::Vec4d ReferencePixel::*field) {
+    auto compare = [&](const cv::Mat& image, bool isColor) {
         for (int k = 0; k < count; k++) {
+            const Bounds bounds = boundsOf(trial.truth[k], isColor);
             ours.at<cv::Vec4d>(k) = image.at<cv::Vec4f>(trial.pixels[k]);
-            truth.at<cv::Vec4d>(k) = trial.truth[k].*field;
-            bound.at<double>(k) = referenceBound(subject.effect->header.tolerance, trial.truth[k]);
+            truth.at<cv::Vec4d>(k) = bounds.truth;
+            bound.at<double>(k) = referenceBound(subject.effect->header.tolerance, bounds);
             ambiguous.at<uint8_t>(k) = trial.truth[k].ambiguous;
         }
         Comparison part = compareImages(ours, truth, 0, 0, bound, ambiguous);
         part.place = trial.pixels[part.place.x];
-        merge(trial.result.reference, trial.result.referenceWorst, part, name);
+        merge(trial.result.reference, trial.result.referenceWorst, part, isColor ? "color" : "transmittance");
     };
-    compare(color, "color", &ReferencePixel::color);
-    if (!transmittance.empty()) compare(transmittance, "transmittance", &ReferencePixel::transmittance);
+    compare(color, true);
+    if (!transmittance.empty()) compare(transmittance, false);
 }
 
 void fillWorst(const Trial& trial, WorstPixel& worst) {
@@ -293,7 +293,7 @@ void checkResolution(Runner& gl, const Chain& chain, Trial& trial) {
                         largestMean, ": lengths in it are pixels, not parts of the picture"));
 }
 
-void writeArtefacts(const std::string& root, const Subject& subject, Trial& trial) {
+void writeArtefacts(const std::string& root, const Subject& subject, const Chain& chain, Trial& trial) {
     std::string leaf = trial.result.frame + "-" + trial.result.parameters;
     for (char& c : leaf)
         if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_' && c != '.') c = '_';
@@ -320,6 +320,7 @@ void writeArtefacts(const std::string& root, const Subject& subject, Trial& tria
             truth.at<cv::Vec4f>(trial.pixels[k]) = trial.truth[k].color;
         write("reference.exr", truth);
     }
+    std::ofstream(folder / "preset.json") << writePreset(chain);
     trial.result.artefacts = folder.string();
 }
 
@@ -331,7 +332,7 @@ std::vector<CheckCase> checkEffect(const std::shared_ptr<const Effect>& effect, 
     static const std::vector<CheckFrame> frames = checkFrames();
     Subject subject(effect);
     std::vector<CheckCase> cases;
-    size_t compared = 0, leftOut = 0;
+    AmbiguousShare excused, sampled;
     for (const auto& [parametersName, values] : checkParameters(effect->header, options)) {
         Chain chain;
         if (subject.readsOtherImages) {
@@ -377,25 +378,28 @@ std::vector<CheckCase> checkEffect(const std::shared_ptr<const Effect>& effect, 
                 compareReference(subject, trial);
                 fillWorst(trial, trial.result.referenceWorst);
             }
-            compared += trial.result.parity.compared + trial.result.parity.leftOut;
-            leftOut += trial.result.parity.leftOut;
+            excused.add(trial.result.parity.leftOut, trial.result.parity.compared);
+            for (size_t k = 0; k < trial.spread && !trial.truth.empty(); k++)
+                sampled.add(trial.truth[k].ambiguous, !trial.truth[k].ambiguous);
             if (!trial.result.passed() && !options.artefacts.empty() && !wroteArtefacts) {
-                writeArtefacts(options.artefacts, subject, trial);
+                writeArtefacts(options.artefacts, subject, chain, trial);
                 wroteArtefacts = true;
             }
             cases.push_back(trial.result);
             if (progress) progress(cases.back());
         }
     }
-    if (double(leftOut) > maxAmbiguousShare * double(compared)) {
+    for (const AmbiguousShare& share : {excused, sampled}) {
+        if (!share.isTooLarge()) continue;
         CheckCase all;
         all.effect = effect->name();
         all.frame = "all frames";
         all.parameters = "all";
-        all.problem = text(leftOut, " of ", compared, " pixels were left out as ambiguous, more than ",
+        all.problem = text(share.leftOut, " of ", share.all, " pixels were left out as ambiguous, more than ",
                            100 * maxAmbiguousShare, " %");
         cases.push_back(all);
         if (progress) progress(all);
+        break;
     }
     return cases;
 }

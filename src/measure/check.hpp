@@ -47,7 +47,7 @@ struct CheckCase {
 };
 
 /// The largest share of an effect's pixels that may be left out because a comparison within a few ulp decides
-/// them.
+/// them: of all pixels between the halves, and of those spread evenly that the reference is asked about.
 inline constexpr double maxAmbiguousShare = 1e-3;
 
 /// Checks one effect on both runners: one case a frame and parameter set, and one named "all frames" if too

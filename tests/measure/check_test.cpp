@@ -303,6 +303,42 @@ TEST_F(Check, ambiguousPixelsAreLeftOutButNotManyOfThem) {
     EXPECT_THAT(many.back().problem, HasSubstr("left out as ambiguous"));
 }
 
+TEST_F(Check, manyAmbiguousPixelsAreTooManyEvenWhereTheHalvesAgree) {
+    static int every;
+    auto unsure = gainPlugin().reference([](const Gain& p, const ReferenceContext& c, cv::Point at) {
+        ReferencePixel truth = gainReference(p, c, at);
+        truth.ambiguous = (at.y * 64 + at.x) % every == every - 1;
+        return truth;
+    });
+    every = 200;  // .5 % of those asked about, .04 % of all
+    auto many = check(effectOf(gainSource, unsure));
+    EXPECT_EQ(failures(many), 1u);
+    EXPECT_THAT(many.back().problem, HasSubstr("left out as ambiguous"));
+}
+
+// What is allowed of an HDR colour says nothing about transmittance.
+TEST_F(Check, transmittanceHasBoundsOfItsOwn) {
+    static double allowed;
+    auto off = gainPlugin()
+                   .rows([](const Gain& p, const CpuContext& c, cv::Range rows) {
+                       gainRows(p, c, rows);
+                       cv::Mat transmittance = c.transmittance;
+                       for (int j = rows.start; j < rows.end && !transmittance.empty(); j++)
+                           for (int i = 0; i < transmittance.cols; i++)
+                               transmittance.at<cv::Vec4f>(j, i)[0] += 1e-3f;
+                   })
+                   .reference([](const Gain& p, const ReferenceContext& c, cv::Point at) {
+                       ReferencePixel truth = gainReference(p, c, at);
+                       truth.scale = 1e6, truth.allowance = truth.methodError = 1;
+                       truth.transmittanceAllowance = allowed;
+                       return truth;
+                   });
+    for (double allowance : {.5e-3, 2e-3}) {
+        allowed = allowance;
+        EXPECT_EQ(failures(check(effectOf(gainSource, off))) == 0, allowance > 1e-3);
+    }
+}
+
 TEST_F(Check, aFailureLeavesItsImages) {
     namespace fs = std::filesystem;
     CheckOptions options;
@@ -312,7 +348,7 @@ TEST_F(Check, aFailureLeavesItsImages) {
         check(effectOf(replaced(gainSource, "c.rgb * gain", "c.rgb * gain * 1.01"), gainPlugin()), options);
     auto failed = std::find_if(cases.begin(), cases.end(), [](auto& c) { return !c.artefacts.empty(); });
     ASSERT_NE(failed, cases.end());
-    for (const char* name : {"cpu.exr", "gl.exr", "difference.exr", "reference.exr"})
+    for (const char* name : {"cpu.exr", "gl.exr", "difference.exr", "reference.exr", "preset.json"})
         EXPECT_TRUE(fs::exists(fs::path(failed->artefacts) / name)) << name;
     fs::remove_all(options.artefacts);
     check(effectOf(gainSource, gainPlugin()), options);
