@@ -13,6 +13,7 @@
 #include "frame/image_writers.hpp"
 #include "frame/write.hpp"
 #include "gl/gl_runner.hpp"
+#include "preview/probe.hpp"
 #include "preview/stack.hpp"
 #include "preview/theme.hpp"
 
@@ -24,14 +25,17 @@ double millisecondsBetween(Clock::time_point a, Clock::time_point b) {
     return std::chrono::duration<double, std::milli>(b - a).count();
 }
 
+bool isSoftware(const Window& window) {
+    const auto* renderer = reinterpret_cast<const char*>(window.gl().GetString(GL_RENDERER));
+    return renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
+}
+
 // "auto" takes GL where a real GPU draws the window, or where an effect has no CPU half; as apply does.
 std::string chosenBackend(const std::string& wanted, const Window& window, const Chain& chain) {
     if (wanted != "auto") return wanted;
-    const auto* renderer = reinterpret_cast<const char*>(window.gl().GetString(GL_RENDERER));
-    const bool isSoftware = renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
     const bool needsGl = std::any_of(chain.steps.begin(), chain.steps.end(),
                                      [](const Step& step) { return step.enabled && !step.effect->plugin; });
-    return isSoftware && !needsGl ? "cpu" : "gl";
+    return isSoftware(window) && !needsGl ? "cpu" : "gl";
 }
 
 }  // namespace
@@ -63,18 +67,22 @@ App::App(const PreviewOptions& given, Settings remembered)
     ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
     ImGui_ImplOpenGL3_Init("#version 450");
 
-    renderer_ = std::make_unique<Renderer>(
-        [this](const std::string& name) -> std::unique_ptr<Runner> {
-            if (name == "cpu") return makeCpuRunner();
-            if (name == "osmesa") return makeGlRunner(GlPlatform::Osmesa);
-            if (name == "egl") return makeGlRunner(GlPlatform::Egl);
-            return makeGlRunner(std::make_shared<GlThread>([this] { return window.makeWorkerContext(); }));
-        },
-        Window::wake);
+    renderer_ = std::make_unique<Renderer>([this](const std::string& name) { return makeRunner(name); },
+                                           Window::wake);
     loader_ = std::make_unique<FrameLoader>(Window::wake);
 }
 
+// GLSL runs in a second context of the window's driver, on a thread of its own. llvmpipe draws everything of
+// one screen in turn, so there the window would wait for a slow chain: OSMesa, which apply would take there,
+// does not.
+std::unique_ptr<Runner> App::makeRunner(const std::string& name) const {
+    if (name == "cpu") return makeCpuRunner();
+    if (isSoftware(window)) return makeGlRunner(GlPlatform::Osmesa);
+    return makeGlRunner(std::make_shared<GlThread>([this] { return window.makeWorkerContext(); }));
+}
+
 App::~App() {
+    window.hide();
     renderer_.reset();
     loader_.reset();
     thumbnails.clear();
@@ -323,6 +331,10 @@ void App::presented(Clock::time_point) {
 
 void App::writeState() {
     if (!ui.isOn()) return;
+    const ImGuiIO& io = ImGui::GetIO();
+    ui.set("drawn", ++drawn_);
+    ui.set("mouse", {io.MousePos.x, io.MousePos.y, io.MouseDown[0]});
+    ui.set("typing", io.WantTextInput);
     ui.set("revision", session.revision());
     ui.set("shown_revision", shownRevision_);
     ui.set("pictures", pictures_);
@@ -343,6 +355,12 @@ void App::writeState() {
     ui.set("preset", nlohmann::json::parse(writePreset(session.chain())));
     ui.set("inspected", inspection != nullptr);
     ui.set("help", isHelpOpen);
+    if (probed && loaded) {
+        nlohmann::json lines = nlohmann::json::object();
+        for (const auto& [label, value] : probeLines(probeAt(*loaded, rendered.get(), *probed)))
+            lines[label] = value;
+        ui.set("probe", lines);
+    }
     const cv::Point2d corner = look.view.toWindow({0, 0});
     ui.set("picture", {corner.x, corner.y, look.view.picture().width * look.view.zoom(),
                        look.view.picture().height * look.view.zoom()});

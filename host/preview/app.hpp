@@ -89,6 +89,7 @@ class App {
     void takeResults();
     void advance();
     void draw();
+    std::unique_ptr<Runner> makeRunner(const std::string& name) const;
     void presented(Clock::time_point inputTime);
     void writeState();
     void findEffective();
@@ -113,12 +114,13 @@ class App {
     Clock::time_point nextPoll_{};
     int redraws_ = 3;
     std::string title_;
-    uint64_t pictures_ = 0;
+    uint64_t pictures_ = 0, drawn_ = 0;
 };
 
 // Each panel in a file of its own.
 void drawToolbar(App& app);
 void drawPicture(App& app);
+void drawProbe(App& app);
 void drawSidebar(App& app);
 void drawStack(App& app);
 void drawFramePanel(App& app);

@@ -145,6 +145,7 @@ void drawPicture(App& app) {
     if (show == Show::Difference) drawHeatLegend(app, list, {corner.x + 22, corner.y + size.y - 50});
     if (app.rendered->scale > 1)
         label(list, {corner.x + size.x - 70, corner.y + 12}, text("1/", app.rendered->scale).c_str());
+    drawProbe(app);
     const std::string& error = app.session.fileError().empty() ? app.renderError : app.session.fileError();
     if (error.empty()) return;
     // Over the last good picture, so that it is seen where one looks.

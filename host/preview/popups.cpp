@@ -40,7 +40,9 @@ bool askPath(App& app, const char* popup, const char* question, const char* verb
     ImGui::TextUnformatted(question);
     if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(520);
-    const bool isEntered = ImGui::InputText("##path", &path, ImGuiInputTextFlags_EnterReturnsTrue);
+    const bool isEntered = ImGui::InputText(
+        "##path", &path, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+    app.ui.set("asked", path);
     app.ui.mark(std::string(popup) + ".path");
     std::error_code none;
     if (warnsOfOverwriting && !path.empty() && fs::exists(path, none))

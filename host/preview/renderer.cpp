@@ -115,6 +115,30 @@ int Renderer::scaleFor(const RenderJob& job) const {
     return scale;
 }
 
+// What is compiled in makes a variant of its own.
+static std::string variantOf(const RenderJob& job) {
+    std::string variant = job.backend + (job.difference ? " and the other" : "");
+    for (const Step& step : job.chain.steps) {
+        if (!step.enabled) continue;
+        variant += text(" ", step.effect.get());
+        for (const Parameter& parameter : step.effect->header.parameters)
+            if (parameter.isCompiledIn())
+                for (double number : step.values.at(parameter.name).numbers) variant += text(",", number);
+    }
+    return variant;
+}
+
+void Renderer::learn(const RenderJob& job, const Rendered& rendered, double milliseconds) {
+    std::string variant = variantOf(job);
+    if (variant != lastRun_) {  // its compiling is not to come again
+        double passes = 0;
+        for (const StepTiming& timing : rendered.timings) passes += timing.milliseconds;
+        milliseconds = std::min(milliseconds, 1.25 * passes * (job.difference ? 2 : 1) + 40);
+    }
+    lastRun_ = std::move(variant);
+    fullMilliseconds_ = milliseconds * rendered.scale * rendered.scale;
+}
+
 Runner& Renderer::runnerFor(const RenderJob& job, const std::string& backend) {
     if (job.programs != programs_) runners_.clear();
     programs_ = job.programs;
@@ -150,9 +174,9 @@ std::shared_ptr<Rendered> Renderer::render(const RenderJob& job, int scale) {
         auto start = Clock::now();
         RunResult result = applyChain(runner, job.chain, ready, keep, &rendered->decisions);
         rendered->runMilliseconds = millisecondsSince(start);
-        if (!job.difference) fullMilliseconds_ = rendered->runMilliseconds * scale * scale;
         rendered->images = std::move(result.images);
         rendered->timings = std::move(result.timings);
+        if (!job.difference) learn(job, *rendered, rendered->runMilliseconds);
         start = Clock::now();
         if (job.difference) {
             const std::string other = job.backend == "cpu" ? "gl" : "cpu";
@@ -161,7 +185,7 @@ std::shared_ptr<Rendered> Renderer::render(const RenderJob& job, int scale) {
             rendered->shown = rendered->difference->heat;
             rendered->difference->heat.release();
             rendered->difference->where *= scale;
-            fullMilliseconds_ = (rendered->runMilliseconds + millisecondsSince(start)) * scale * scale;
+            learn(job, *rendered, rendered->runMilliseconds + millisecondsSince(start));
         } else if (job.image == "depth") {
             rendered->shown = depthColors(ready.frame.depth);
         } else {

@@ -79,6 +79,7 @@ class Renderer {
     Runner& runnerFor(const RenderJob& job, const std::string& backend);
     const ReadyFrame& readyFor(const RenderJob& job, int scale);
     int scaleFor(const RenderJob& job) const;
+    void learn(const RenderJob& job, const Rendered& rendered, double milliseconds);
     bool waitForNewer(std::chrono::milliseconds time);
 
     RunnerMaker make_;
@@ -99,6 +100,7 @@ class Renderer {
         cv::Mat bytes;                     // of the captured colour
     } ready_;
     double fullMilliseconds_ = 0;  // what a whole picture lately took, or would take
+    std::string lastRun_;          // what ran lately: a new one's first time compiles, too
     std::thread thread_;
 };
 

@@ -110,18 +110,21 @@ void run(App& app, Action action) {
 }  // namespace
 
 void runShortcuts(App& app) {
-    const ImGuiIO& io = ImGui::GetIO();
-    if (ImGui::IsKeyPressed(GLFW_KEY_ESCAPE, false)) app.isHelpOpen = false;
-    if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
-    for (const Shortcut& shortcut : shortcuts()) {
-        const bool repeats = shortcut.action == Action::NextFrame || shortcut.action == Action::PreviousFrame;
-        if (io.KeyCtrl == shortcut.control && !(io.KeyCtrl && io.KeyShift) &&
-            ImGui::IsKeyPressed(shortcut.key, repeats))
-            run(app, shortcut.action);
+    const auto keys = app.window.takeKeys();
+    const bool isTyping = ImGui::GetIO().WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId);
+    for (const Window::Key& key : keys) {
+        if (key.key == GLFW_KEY_ESCAPE) app.isHelpOpen = false;
+        if (isTyping || !app.popup.empty()) continue;
+        if (key.control && key.shift && key.key == GLFW_KEY_Z) app.session.redo();
+        if (!key.control && key.key == GLFW_KEY_KP_ADD) run(app, Action::ZoomIn);
+        if (!key.control && key.key == GLFW_KEY_KP_SUBTRACT) run(app, Action::ZoomOut);
+        for (const Shortcut& shortcut : shortcuts()) {
+            const bool mayRepeat = shortcut.repeats || !key.isRepeat;
+            if (key.key == shortcut.key && key.control == shortcut.control && !(key.control && key.shift) &&
+                mayRepeat)
+                run(app, shortcut.action);
+        }
     }
-    if (io.KeyCtrl && io.KeyShift && ImGui::IsKeyPressed(GLFW_KEY_Z, false)) app.session.redo();
-    if (!io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_KP_ADD)) run(app, Action::ZoomIn);
-    if (!io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_KP_SUBTRACT)) run(app, Action::ZoomOut);
 }
 
 }  // namespace brume::preview

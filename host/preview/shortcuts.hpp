@@ -46,6 +46,7 @@ struct Shortcut {
     bool control;
     const char* keys;  ///< as people read it
     const char* what;
+    bool repeats = false;  ///< goes on while the key is held
 };
 
 const std::vector<Shortcut>& shortcuts();

@@ -70,7 +70,13 @@ void Window::listen() {
     static auto heard = [](GLFWwindow* w) {
         static_cast<Window*>(glfwGetWindowUserPointer(w))->hadEvent_ = true;
     };
-    glfwSetKeyCallback(window_, [](GLFWwindow* w, int, int, int, int) { heard(w); });
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int mods) {
+        heard(w);
+        if (action == GLFW_RELEASE) return;
+        static_cast<Window*>(glfwGetWindowUserPointer(w))
+            ->keys_.push_back(
+                {key, bool(mods & GLFW_MOD_CONTROL), bool(mods & GLFW_MOD_SHIFT), action == GLFW_REPEAT});
+    });
     glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { heard(w); });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { heard(w); });
     glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { heard(w); });
@@ -116,6 +122,11 @@ bool Window::waitEvents(double seconds) {
 }
 
 bool Window::isClosing() const { return glfwWindowShouldClose(window_); }
+
+void Window::hide() {
+    glfwHideWindow(window_);
+    glfwPollEvents();
+}
 
 void Window::swap() { glfwSwapBuffers(window_); }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gl/context.hpp"
@@ -35,8 +36,16 @@ class Window {
     void swap();
     /// What was drawn last, before swap: CV_8UC3 RGB, top row first.
     cv::Mat readPixels() const;
+    /// Keys pressed or repeating since the last call, in order: none is lost however slow a frame is.
+    struct Key {
+        int key = 0;  ///< GLFW's
+        bool control = false, shift = false, isRepeat = false;
+    };
+    std::vector<Key> takeKeys() { return std::move(keys_); }
     std::vector<std::string> takeDropped() { return std::move(dropped_); }
 
+    /// Gone from the screen at once, whatever still has to be waited for.
+    void hide();
     /// For a GlThread: makes the second context current there. Called once.
     std::unique_ptr<GlContext> makeWorkerContext() const;
     /// From any thread: waitEvents returns.
@@ -48,6 +57,7 @@ class Window {
     GLFWwindow *window_ = nullptr, *worker_ = nullptr;
     GlFunctions gl_;
     bool hadEvent_ = true;
+    std::vector<Key> keys_;
     std::vector<std::string> dropped_;
 };
 
