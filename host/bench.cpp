@@ -24,15 +24,6 @@ struct Arguments {
     bool steps = false;
 };
 
-cv::Size parseSize(const std::string& size) {
-    int width = 0, height = 0;
-    char rest = 0;
-    if (std::sscanf(size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1 ||
-        int64_t(width) * height > 1 << 26)
-        failUsage("--size: '", size, "' should be WIDTHxHEIGHT, such as 1920x1080");
-    return {width, height};
-}
-
 std::vector<FramePair> framesOf(const Arguments& a) {
     if (a.frame.empty()) return benchFrames(parseSize(a.size));
     FramePair frame = resolveDepth(readFrame(a.frame, a.frameOptions.read()), {}).frame;

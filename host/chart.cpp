@@ -5,6 +5,8 @@
 
 #include "commands.hpp"
 #include "error.hpp"
+#include "frame/resolve.hpp"
+#include "measure/bench.hpp"
 
 namespace brume::host {
 namespace {
@@ -26,6 +28,14 @@ std::vector<std::shared_ptr<const Effect>> effectsOf(const ChartArguments& a) {
     for (const std::string& name : registry.names())
         if (!refused.count(name)) effects.push_back(registry.find(name));
     return effects;
+}
+
+std::vector<FramePair> framesOf(const ChartArguments& a) {
+    std::vector<FramePair> frames;
+    for (const std::string& file : a.frames)
+        frames.push_back(resolveDepth(readFrame(file, a.frameOptions.read()), {}).frame);
+    if (frames.empty()) frames.push_back(benchFrames(parseSize(a.size))[0]);
+    return frames;
 }
 
 std::vector<std::unique_ptr<Runner>> runnersOf(const ChartArguments& a) {

@@ -21,6 +21,8 @@ struct ChartArguments {
 
 /// The effects asked for, all that load if none is named. Throws Error (Usage) with the nearest name.
 std::vector<std::shared_ptr<const Effect>> effectsOf(const ChartArguments& a);
+/// The captured frames named, or one made up; depth without NaN. Throws Error (Usage, Io).
+std::vector<FramePair> framesOf(const ChartArguments& a);
 /// One runner for each of the backends asked for.
 std::vector<std::unique_ptr<Runner>> runnersOf(const ChartArguments& a);
 

@@ -1,6 +1,7 @@
 #include "options.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 
 #include "cpu/cpu_runner.hpp"
@@ -23,6 +24,15 @@ bool mayHaveGpu() {
 }
 
 }  // namespace
+
+cv::Size parseSize(const std::string& size) {
+    int width = 0, height = 0;
+    char rest = 0;
+    if (std::sscanf(size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1 ||
+        int64_t(width) * height > 1 << 26)
+        failUsage("--size: '", size, "' should be WIDTHxHEIGHT, such as 1920x1080");
+    return {width, height};
+}
 
 void FrameOptions::addTo(CLI::App& command) {
     command.add_option(

@@ -19,6 +19,9 @@ struct FrameOptions {
     ReadOptions read() const;
 };
 
+/// --size, "1920x1080", up to 2^26 pixels. Throws Error (Usage).
+cv::Size parseSize(const std::string& size);
+
 struct BackendOption {
     std::string name = "auto";
 

@@ -67,7 +67,7 @@
          "FROM": ["camera", "profile", "method", "density", "height", "falloff", "tint", "density2", "height2", "falloff2", "tint2", "ramp", "table", "table_bottom", "table_top", "table_size"]}
     ],
     "CHART": {
-        "REFERENCE": {"method": "closed form"},
+        "REFERENCE": {"method": "closed form", "table_size": 8, "steps": 1},
         "CASES": [
             {"NAME": "exponential", "SET": {"profile": "exponential"}},
             {"NAME": "ramp", "SET": {"profile": "ramp"}}

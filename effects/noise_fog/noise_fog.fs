@@ -85,7 +85,7 @@
     ],
     "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 2e-6},
     "CHART": {
-        "REFERENCE": {"method": "procedural"},
+        "REFERENCE": {"method": "procedural", "resolution": "32", "steps": 1},
         "CASES": [
             {"NAME": "at the surface", "SET": {"where": "at the surface"}},
             {"NAME": "along the ray", "SET": {"where": "along the ray"}},

@@ -98,6 +98,7 @@
   "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 1e-5,
     "REASON": "against the reference: up to 512 steps are summed in fp32, which was off by 7e-6 at most; GLSL against CPU uses 4 % of its bounds"},
   "CHART": {
+    "REFERENCE": {"method": "midpoint", "steps": 4},
     "CASES": [
       {"NAME": "ground fog", "SET": {"density": 0.05, "height_falloff": "exponential", "height_start": 0}},
       {"NAME": "box", "SET": {"density": 0, "boxes": [{"center": [0, 5, -30], "size": [40, 10, 40], "edge_falloff": "linear"}]}},

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/core/utility.hpp>
 
 #include "cpu/cpu_runner.hpp"
 #include "effect/preset.hpp"
@@ -18,8 +20,9 @@ namespace {
 
 using json = nlohmann::json;
 
-// Runs longer than this fall out of every cache whatever frame they find: two frames take turns, not eight.
-constexpr double longRun = 100;  // ms
+// ms: runs longer than this fall out of every cache whatever frame they find, and need no turns with a copy:
+// three of them are timed; of those over veryLongRun, two.
+constexpr double longRun = 250, veryLongRun = 3000;
 
 Chain chainOf(const std::shared_ptr<const Effect>& effect, const ParameterValues& values,
               const std::vector<std::string>& given, const FramePair& frame) {
@@ -130,8 +133,9 @@ void setTime(ChartRow& row, const Timing& timing) {
     row.high = timing.quartileHigh();
 }
 
-// A pass that only copies: what GL's times are compared with.
-double copyPass(Runner& runner, const Effect& like, const std::vector<FramePair>& frames) {
+// What times are compared with: on the CPU a plain copy of the frame, on GL a pass that only copies.
+double copyTime(Runner& runner, const Effect& like, const std::vector<FramePair>& frames) {
+    if (runner.backend() == Backend::Cpu) return benchPlanned(runner, {}, frames, 16, 1).copy.median();
     auto effect = std::make_shared<Effect>();
     effect->header = parseHeader("frame_copy.fs", R"(/*{"SPACE": "linear",
         "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
@@ -146,6 +150,20 @@ void main() { store(fetch(inputImage, pixel())); }
     Chain chain;
     chain.steps = {step};
     return benchPlanned(runner, chain, frames, 9, 1).passes.median();
+}
+
+double sumOf(const std::vector<StepTiming>& timings) {
+    double sum = 0;
+    for (const StepTiming& t : timings) sum += t.milliseconds;
+    return sum;
+}
+
+std::string processorName() {
+    std::ifstream in("/proc/cpuinfo");
+    for (std::string line; std::getline(in, line);)
+        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
+            return line.substr(line.find(": ") + 2);
+    return "CPU";
 }
 
 bool runsOn(const ChartVariant& variant, const Effect& effect, Backend backend) {
@@ -174,11 +192,10 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
                                           const std::vector<Runner*>& runners, const ChartOptions& options,
                                           const std::function<void(const ChartRow&)>& progress) {
     const Stage stage(effect, frame);
-    const std::vector<FramePair> many = copiesOf(stage.frame(), 8), few(many.begin(), many.begin() + 2);
+    const std::vector<FramePair> many = copiesOf(stage.frame(), 8);
     const bool isKnown = effect->plugin && effect->plugin->hasReference();
     std::map<const Runner*, double> copies;
-    for (Runner* runner : runners)
-        if (runner->backend() == Backend::Gl) copies[runner] = copyPass(*runner, *effect, many);
+    for (Runner* runner : runners) copies[runner] = copyTime(*runner, *effect, many);
     Truths truths;
     std::vector<ChartMeasurement> measurements;
     for (const ChartVariant& variant : chartVariants(effect->header))
@@ -193,16 +210,27 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
             row.knob = variant.knob;
             row.value = textOf(effect->header, variant);
             row.backend = isGl ? "gl" : "cpu";
-            row.device = runner->describe();
+            row.device =
+                isGl ? runner->describe() : text(processorName(), ", ", cv::getNumThreads(), " threads");
             row.frame = frame.name;
             row.size = frame.size();
             try {
                 const Chain chain = planned(stage.chain(effect, variant.values, variant.given), stage.frame(),
                                             runner->backend());
-                runner->run(chain, many[0], {});  // compiles
-                const auto start = cv::getTickCount();
-                const cv::Mat image = runner->run(chain, many[1], {}).images["color"].clone();
-                const double once = double(cv::getTickCount() - start) * 1e3 / cv::getTickFrequency();
+                cv::Mat image;
+                Timing alone;
+                auto run = [&](int slot) {
+                    const auto start = cv::getTickCount();
+                    RunResult result = runner->run(chain, many[slot], {});
+                    const double wall = double(cv::getTickCount() - start) * 1e3 / cv::getTickFrequency();
+                    alone.milliseconds.push_back(isGl ? sumOf(result.timings) : wall);
+                    image = result.images["color"];
+                };
+                run(0);
+                const bool isVeryLong = alone.milliseconds[0] > veryLongRun;
+                if (!isVeryLong) alone = {};  // it may have compiled, and touched memory first
+                run(1);
+                image = image.clone();
                 if (isKnown) {
                     const Truth& truth = truths.of(planned(stage.chain(effect, variant.truth, variant.given),
                                                            stage.frame(), Backend::Cpu),
@@ -212,10 +240,16 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
                     row.error = errorStatistics(m.errors, truth.grid.pixels);
                     row.hasError = true;
                 }
-                const BenchResult time = benchPlanned(*runner, chain, once > longRun ? few : many,
-                                                      options.repetitions, options.seconds);
-                setTime(row, isGl ? time.passes : time.chain);
-                row.copy = isGl ? copies[runner] : time.copy.median();
+                if (alone.milliseconds.back() > longRun) {
+                    for (int k = 0; k < 2 && !isVeryLong; k++) run(k);
+                    setTime(row, alone);
+                } else {
+                    const BenchResult time =
+                        benchPlanned(*runner, chain, many, options.repetitions, options.seconds);
+                    setTime(row, isGl ? time.passes : time.chain);
+                    if (!isGl) copies[runner] = time.copy.median();
+                }
+                row.copy = copies[runner];
             } catch (const Error& e) {
                 row.problem = e.what();
             }

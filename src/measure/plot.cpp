@@ -1,5 +1,6 @@
 #include "measure/plot.hpp"
 
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -107,11 +108,11 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
         if (m.isVertical)
             out << "set arrow from " << at << ",graph 0 to " << at
                 << ",graph 1 nohead lw 1.2 dt 3 lc rgb '#666666' back\nset label " << quoted(m.label)
-                << " at " << at << ",graph .02 rotate by 90 left offset -.55,0 font ',9' tc rgb '#666666'\n";
+                << " at " << at << ",graph .02 rotate by 90 left offset .75,0 font ',9' tc rgb '#666666'\n";
         else
-            out << "set arrow from graph 0," << at << " to graph 1," << at
+            out << "set arrow from graph 0,first " << at << " to graph 1,first " << at
                 << " nohead lw 1.2 dt 2 lc rgb '#666666' back\nset label " << quoted(m.label)
-                << " at graph .985," << at << " right offset 0,.45 font ',9' tc rgb '#666666'\n";
+                << " at graph .985,first " << at << " right offset 0,.45 front font ',9' tc rgb '#666666'\n";
     }
     std::ostringstream plots;
     int block = 0;
@@ -151,8 +152,38 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
     out << "plot " << (plots.tellp() > 0 ? plots.str() : std::string("NaN notitle")) << "\n";
 }
 
-std::string scriptOf(const PlotPage& page, const std::string& terminal, const std::string& output, int width,
-                     int height, int columns, int rows, double legendShare, double headShare) {
+// Of a page, in px.
+struct Layout {
+    int width, height, head, legend;
+    int columns, rows, legendColumns;
+};
+
+Layout layoutOf(const PlotPage& page) {
+    Layout l;
+    const int count = int(page.panels.size());
+    l.columns = std::max(1, std::min(page.columns, count));
+    l.rows = std::max(1, (count + l.columns - 1) / l.columns);
+    size_t longest = 0;
+    std::vector<std::string> names;
+    for (const PlotPanel& panel : page.panels)
+        for (const PlotSeries& s : panel.series)
+            if (std::find(names.begin(), names.end(), s.name) == names.end()) {
+                names.push_back(s.name);
+                longest = std::max(longest, s.name.size());
+            }
+    l.width = l.columns == 1 ? 640 : 440 * l.columns;
+    l.legendColumns = std::clamp(l.width / (70 + 7 * int(longest)), 1, std::max(1, int(names.size())));
+    const int legendRows = (int(names.size()) + l.legendColumns - 1) / l.legendColumns;
+    l.legend = 19 * legendRows + 16;
+    l.head = 48;
+    l.height = (l.columns == 1 ? 420 : 320) * l.rows + l.legend + l.head;
+    return l;
+}
+
+std::string scriptOf(const PlotPage& page, const std::string& terminal, const std::string& output,
+                     const Layout& l) {
+    const double legendShare = double(l.legend) / l.height, headShare = double(l.head) / l.height;
+    const int height = l.height, columns = l.columns, rows = l.rows;
     std::ostringstream out;
     out << "set encoding utf8\nset terminal " << terminal << "\nset output " << quoted(output) << "\n"
         << "set multiplot\nunset key\nset border 3 lc rgb '#888888'\n"
@@ -183,13 +214,11 @@ std::string scriptOf(const PlotPage& page, const std::string& terminal, const st
            "arrow\nunset grid\n"
         << "unset logscale\nset lmargin 0\nset rmargin 0\nset tmargin 0\nset bmargin 0\n"
         << "set xrange [0:1]\nset yrange [0:1]\nset key at screen .5,screen " << legendShare * .5
-        << " center center horizontal maxrows " << std::max(1, int(legendShare * height / 22))
-        << " samplen 2.2 font ',10'\nplot ";
+        << " center center horizontal maxcols " << l.legendColumns << " samplen 2.2 font ',10'\nplot ";
     for (size_t k = 0; k < legend.entries.size(); k++)
         out << (k ? ", " : "") << "NaN title " << quoted(legend.entries[k].first) << ' '
             << styleOf(legend.entries[k].second, legend.lookOf(k));
     out << (legend.entries.empty() ? "NaN notitle" : "") << "\nunset multiplot\nset output\n";
-    (void)width;
     return out.str();
 }
 
@@ -198,6 +227,9 @@ int runGnuplot(const std::string& script) {
     const pid_t child = fork();
     if (child < 0) return 127;
     if (child == 0) {
+        // What it says is of a script that nobody wrote by hand.
+        if (!std::getenv("BRUME_KEEP_PLOTS"))
+            if (const int null = open("/dev/null", O_WRONLY); null >= 0) dup2(null, STDERR_FILENO);
         execlp("gnuplot", "gnuplot", script.c_str(), nullptr);
         _exit(127);
     }
@@ -224,30 +256,14 @@ void draw(const std::string& script, const std::string& output) {
 }  // namespace
 
 void writePlots(const PlotPage& page, const std::string& path) {
-    const int count = int(page.panels.size());
-    const int columns = std::max(1, std::min(page.columns, count)), rows = (count + columns - 1) / columns;
-    size_t letters = 0;
-    std::vector<std::string> names;
-    for (const PlotPanel& panel : page.panels)
-        for (const PlotSeries& s : panel.series)
-            if (std::find(names.begin(), names.end(), s.name) == names.end()) {
-                names.push_back(s.name);
-                letters += s.name.size() + 9;
-            }
-    const int width = columns == 1 ? 640 : 440 * columns;
-    const int legend = 22 * (1 + int(letters * 6.6) / width) + 12, head = 48;
-    const int height = (columns == 1 ? 420 : 320) * std::max(1, rows) + legend + head;
-    const std::string size = std::to_string(width) + "," + std::to_string(height);
-    const std::string twice = std::to_string(2 * width) + "," + std::to_string(2 * height);
-    const double legendShare = double(legend) / height, headShare = double(head) / height;
-    draw(scriptOf(page, "svg size " + size + " dynamic background rgb 'white' font 'DejaVu Sans,11' rounded",
-                  path + ".svg", width, height, columns, rows, legendShare, headShare),
+    const Layout l = layoutOf(page);
+    const std::string size = text(l.width, ",", l.height), twice = text(2 * l.width, ",", 2 * l.height);
+    const std::string font = "noenhanced font 'DejaVu Sans,11' rounded";
+    draw(scriptOf(page, "svg size " + size + " dynamic background rgb 'white' " + font, path + ".svg", l),
          path + ".svg");
     // Twice the pixels: sharp on any screen.
-    draw(scriptOf(
-             page,
-             "pngcairo size " + twice + " fontscale 2 linewidth 2 pointscale 2 font 'DejaVu Sans,11' rounded",
-             path + ".png", width, height, columns, rows, legendShare, headShare),
+    draw(scriptOf(page, "pngcairo size " + twice + " fontscale 2 linewidth 2 pointscale 2 " + font,
+                  path + ".png", l),
          path + ".png");
 }
 
@@ -256,7 +272,7 @@ void writeMap(const cv::Mat& values, double least, double most, const std::strin
     std::ostringstream out;
     const int height = int(double(width - 110) * values.rows / std::max(1, values.cols)) + 50;
     out << "set encoding utf8\nset terminal pngcairo size " << width << ',' << height
-        << " font 'DejaVu Sans,10'\nset output " << quoted(path) << "\nset title " << quoted(title)
+        << " noenhanced font 'DejaVu Sans,10'\nset output " << quoted(path) << "\nset title " << quoted(title)
         << " offset 0,-.5\nunset key\nunset tics\nset border lc rgb '#888888'\nset lmargin at screen "
         << 10. / width << "\nset rmargin at screen " << 1 - 100. / width << "\nset tmargin at screen "
         << 1 - 32. / height << "\nset bmargin at screen "
@@ -277,7 +293,7 @@ void writeMap(const cv::Mat& values, double least, double most, const std::strin
         }
         out << '\n';
     }
-    out << "EOD\nplot $d matrix with image pixels\n";
+    out << "EOD\nplot $d matrix with image\n";
     draw(out.str(), path);
 }
 

@@ -1,0 +1,160 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
+
+#include "error.hpp"
+#include "measure/chart_page.hpp"
+
+namespace brume {
+namespace {
+
+constexpr double leastShown = 1e-6;  // steps; fp32 rounding is 1e-5
+
+PlotPoint pointOf(const ChartRow& row) {
+    return {row.milliseconds, std::max(row.error.worst, leastShown), row.low, row.high, ""};
+}
+
+PlotPanel panelOf(const std::vector<ChartRow>& rows, const std::string& caseName, const std::string& backend,
+                  const std::string& title) {
+    PlotPanel panel;
+    panel.title = title;
+    panel.xLabel = "ms a frame";
+    panel.yLabel = "worst error, 8-bit steps";
+    PlotSeries frontier{"no method is both faster and better", PlotSeries::Kind::Frontier, {}};
+    std::vector<PlotSeries> methods, peers;
+    double copy = 0;
+    for (const ChartRow& row : rows) {
+        const bool isHere = row.caseName == caseName && (row.backend == backend || (row.isPeer() && backend == "cpu"));
+        if (!isHere || !row.problem.empty() || !row.hasError) continue;
+        if (row.onFrontier) frontier.points.push_back(pointOf(row));
+        auto& all = row.isPeer() ? peers : methods;
+        auto found = std::find_if(all.begin(), all.end(), [&](auto& s) { return s.name == row.method; });
+        if (found == all.end())
+            found = all.insert(all.end(), {row.method, row.isPeer() ? PlotSeries::Kind::Points : PlotSeries::Kind::Line, {}});
+        found->points.push_back(pointOf(row));
+        // The knob at both ends says which way the line runs.
+        if (!row.knob.empty()) found->points.back().label = row.value;
+        if (row.copy > 0 && !row.isPeer()) copy = copy > 0 ? std::min(copy, row.copy) : row.copy;
+    }
+    for (PlotSeries& s : methods)
+        for (size_t k = 1; k + 1 < s.points.size(); k++) s.points[k].label.clear();
+    std::sort(frontier.points.begin(), frontier.points.end(), [](auto& a, auto& b) { return a.x < b.x; });
+    panel.series.push_back(frontier);
+    for (auto* group : {&methods, &peers})
+        panel.series.insert(panel.series.end(), group->begin(), group->end());
+    if (copy > 0) panel.marks.push_back({true, copy, "copying the frame"});
+    panel.marks.push_back({false, visibleError, "half an 8-bit step"});
+    return panel;
+}
+
+std::pair<double, double> rangeOf(const std::vector<const PlotPanel*>& panels, bool ofX) {
+    double least = HUGE_VAL, most = 0;
+    for (const PlotPanel* panel : panels) {
+        for (const PlotSeries& s : panel->series)
+            for (const PlotPoint& p : s.points) {
+                least = std::min(least, ofX ? p.x : p.y);
+                most = std::max(most, ofX ? p.x : p.y);
+            }
+        for (const PlotMark& m : panel->marks)
+            if (m.isVertical == ofX) least = std::min(least, m.at), most = std::max(most, m.at);
+    }
+    // Whole decades upwards leave room for the words.
+    if (!(least <= most)) return {.1, 10};
+    if (ofX) return {least / 1.5, most * 2};
+    return {std::pow(10, std::floor(std::log10(least))), std::pow(10, std::ceil(std::log10(most) + .1))};
+}
+
+// Labels that would lie on each other, or beyond the edge, go: the first of each keeps its place.
+void thinLabels(PlotPanel& panel) {
+    std::vector<std::pair<double, double>> taken;
+    auto share = [](double v, std::pair<double, double> range) {
+        return std::log(v / range.first) / std::log(range.second / range.first);
+    };
+    for (PlotSeries& s : panel.series)
+        for (PlotPoint& p : s.points) {
+            if (p.label.empty()) continue;
+            const double x = share(p.x, panel.xRange), y = share(p.y, panel.yRange);
+            const bool isFree = x < .93 && std::none_of(taken.begin(), taken.end(), [&](auto& t) {
+                                    return std::abs(t.first - x) < .1 && std::abs(t.second - y) < .06;
+                                });
+            if (isFree)
+                taken.emplace_back(x, y);
+            else
+                p.label.clear();
+        }
+}
+
+}  // namespace
+
+std::string deviceWord(const ChartRow& row) {
+    if (row.backend != "gl") return "CPU";
+    // "OSMesa: Mesa/X.org, llvmpipe (LLVM 15.0.6, 256 bits), 4.5 ...": the renderer.
+    std::string renderer = row.device.substr(std::min(row.device.size(), row.device.find(", ") + 2));
+    renderer = renderer.substr(0, std::min(renderer.find(" ("), renderer.find_first_of(",/")));
+    return "OpenGL, " + renderer;
+}
+
+std::vector<std::string> casesOf(const std::vector<ChartRow>& rows) {
+    std::vector<std::string> names;
+    for (const ChartRow& row : rows)
+        if (std::find(names.begin(), names.end(), row.caseName) == names.end()) names.push_back(row.caseName);
+    return names;
+}
+
+std::string shortNumber(double value) {
+    if (value == 0 || !std::isfinite(value)) return text(value);
+    char buffer[40];
+    const int digits = std::max(0, 2 - int(std::floor(std::log10(std::abs(value)))));
+    if (std::abs(value) < 1e-3)
+        std::snprintf(buffer, sizeof buffer, "%.1e", value);
+    else
+        std::snprintf(buffer, sizeof buffer, "%.*f", std::min(digits, 4), value);
+    std::string number = buffer;
+    if (const size_t e = number.find("e-0"); e != std::string::npos) number.erase(e + 2, 1);
+    return number;
+}
+
+const ChartRow* fastestUnseen(const std::vector<ChartRow>& rows, const std::string& caseName,
+                              const std::string& backend) {
+    const ChartRow* best = nullptr;
+    for (const ChartRow& row : rows)
+        if (row.caseName == caseName && row.backend == backend && row.problem.empty() && row.hasError &&
+            row.error.worst <= visibleError && (!best || row.milliseconds < best->milliseconds))
+            best = &row;
+    return best;
+}
+
+PlotPage chartPlot(const std::vector<ChartRow>& rows) {
+    PlotPage page;
+    if (rows.empty()) return page;
+    page.title = rows[0].effect;
+    std::map<std::string, std::string> devices;
+    for (const ChartRow& row : rows)
+        if (!row.isPeer()) devices[row.backend] = deviceWord(row);
+    page.note = text(rows[0].frame, ", ", rows[0].size.width, "×", rows[0].size.height,
+                     "; left is faster; below the dashed line nobody sees a difference");
+    page.columns = int(devices.size());
+    const auto cases = casesOf(rows);
+    for (const std::string& name : cases)
+        for (const auto& [backend, device] : devices)
+            page.panels.push_back(
+                panelOf(rows, name, backend, name.empty() ? device : name + " · " + device));
+    std::vector<const PlotPanel*> all;
+    for (const PlotPanel& panel : page.panels) all.push_back(&panel);
+    const auto yRange = rangeOf(all, false);
+    for (size_t column = 0; column < devices.size(); column++) {
+        std::vector<const PlotPanel*> below;
+        for (size_t k = column; k < all.size(); k += devices.size()) below.push_back(all[k]);
+        const auto xRange = rangeOf(below, true);
+        for (size_t k = column; k < all.size(); k += devices.size()) {
+            page.panels[k].yRange = yRange;
+            page.panels[k].xRange = xRange;
+            thinLabels(page.panels[k]);
+        }
+    }
+    return page;
+}
+
+}  // namespace brume
