@@ -34,7 +34,9 @@ std::vector<FramePair> framesOf(const ChartArguments& a) {
     std::vector<FramePair> frames;
     for (const std::string& file : a.frames)
         frames.push_back(resolveDepth(readFrame(file, a.frameOptions.read()), {}).frame);
-    if (frames.empty()) frames.push_back(benchFrames(parseSize(a.size))[0]);
+    if (!frames.empty()) return frames;
+    frames.push_back(benchFrames(parseSize(a.size))[0]);
+    frames[0].name = "a made-up frame";
     return frames;
 }
 
@@ -70,6 +72,14 @@ void addChart(CLI::App& program) {
     command->add_option("--pixels", a->pixels, "At how many the fp64 reference is asked")
         ->capture_default_str()
         ->check(CLI::Range(1, 1 << 24));
+    command->footer(
+        "Writes EFFECT.svg, .png and .csv for each effect, maps of where the error is, and index.html, "
+        "which\n"
+        "holds all of it in one file, and what earlier runs left in the folder. Errors are in steps of an "
+        "8-bit\n"
+        "picture, after sRGB encoding; times are medians, on GL of the passes alone.\n"
+        "\nExamples:\n  brume chart -o charts\n  brume chart gaussian_blur -o charts --frame street.exr "
+        "--backend cpu");
     command->callback([a] {
         makeFolder(a->output);
         chartEffects(*a);

@@ -22,6 +22,18 @@ std::string fileWord(std::string s) {
     return s;
 }
 
+// Of an earlier run: the frontier may hold others now.
+void removeMaps(const std::string& folder, const std::string& effect) {
+    std::vector<fs::path> old;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (name.starts_with(effect + ".") && name.ends_with(".png") && name != effect + ".png")
+            old.push_back(entry.path());
+    }
+    std::error_code none;
+    for (const fs::path& path : old) fs::remove(path, none);
+}
+
 // Maps of what the frontier of the first backend holds: another backend's look the same.
 void writeMaps(std::vector<ChartMeasurement>& measurements, const std::string& folder,
                const std::string& backend) {
@@ -58,6 +70,7 @@ void chartEffects(const ChartArguments& a) {
                                         });
         const std::string stem = (fs::path(a.output) / effect->name()).string();
         std::vector<ChartRow> rows;
+        removeMaps(a.output, effect->name());
         if (!measurements.empty()) writeMaps(measurements, a.output, measurements[0].row.backend);
         for (const auto& m : measurements) rows.push_back(m.row);
         if (rows.empty()) {

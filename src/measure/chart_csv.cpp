@@ -42,14 +42,16 @@ Column numberColumn(const char* name, Place place) {
 }
 template <class Place>
 Column flagColumn(const char* name, Place place) {
-    return {name, [place](const ChartRow& r) { return std::string(place(const_cast<ChartRow&>(r)) ? "1" : "0"); },
+    return {name,
+            [place](const ChartRow& r) { return std::string(place(const_cast<ChartRow&>(r)) ? "1" : "0"); },
             [place](ChartRow& r, const std::string& s) {
                 place(r) = s == "1";
                 return s == "0" || s == "1";
             }};
 }
 
-#define PLACE(member) [](ChartRow& r) -> auto& { return r.member; }
+#define PLACE(member) \
+    [](ChartRow & r) -> auto& { return r.member; }
 const std::vector<Column>& columns() {
     static const std::vector<Column> all = {
         wordColumn("effect", PLACE(effect)),

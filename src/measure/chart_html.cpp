@@ -31,11 +31,20 @@ summary { cursor: pointer; color: #0072b2; margin: 8px 0; }
 std::string escaped(const std::string& s) {
     std::string out;
     for (char c : s) switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '>': out += "&gt;"; break;
-            case '"': out += "&quot;"; break;
-            default: out += c;
+            case '&':
+                out += "&amp;";
+                break;
+            case '<':
+                out += "&lt;";
+                break;
+            case '>':
+                out += "&gt;";
+                break;
+            case '"':
+                out += "&quot;";
+                break;
+            default:
+                out += c;
         }
     return out;
 }
@@ -45,7 +54,8 @@ std::string base64(const std::string& bytes) {
     std::string out;
     for (size_t k = 0; k < bytes.size(); k += 3) {
         uint32_t group = 0;
-        for (size_t n = 0; n < 3; n++) group = group << 8 | (k + n < bytes.size() ? uint8_t(bytes[k + n]) : 0u);
+        for (size_t n = 0; n < 3; n++)
+            group = group << 8 | (k + n < bytes.size() ? uint8_t(bytes[k + n]) : 0u);
         for (size_t n = 0; n < 4; n++)
             out += k + n > bytes.size() ? '=' : letters[group >> (18 - 6 * n) & 63];
     }
@@ -75,11 +85,13 @@ std::string copiesOf(const ChartRow& r) { return r.copy > 0 ? shortNumber(r.mill
 
 void writeTable(std::ostream& out, const std::vector<const ChartRow*>& rows, bool hasCases) {
     out << "<table><tr>" << (hasCases ? "<th>case</th>" : "")
-        << "<th>method</th><th>on</th><th class=\"n\">ms</th><th class=\"n\">quartiles</th><th class=\"n\">frame copies</th>"
+        << "<th>method</th><th>on</th><th class=\"n\">ms</th><th class=\"n\">quartiles</th><th "
+           "class=\"n\">frame copies</th>"
            "<th class=\"n\">worst</th><th class=\"n\">99.9 %</th><th class=\"n\">RMS</th></tr>\n";
     for (const ChartRow* r : rows) {
-        out << "<tr" << (r->onFrontier ? " class=\"frontier\"" : "") << ">" << (hasCases ? cell(r->caseName, false) : "")
-            << cell(r->label(), false) << cell(r->backend, false);
+        out << "<tr" << (r->onFrontier ? " class=\"frontier\"" : "") << ">"
+            << (hasCases ? cell(r->caseName, false) : "") << cell(r->label(), false)
+            << cell(r->backend, false);
         if (!r->problem.empty())
             out << "<td colspan=\"6\" class=\"problem\">" << escaped(r->problem) << "</td>";
         else
@@ -106,7 +118,9 @@ void writeEffect(std::ostream& out, const fs::path& folder, const std::vector<Ch
         if (row.onFrontier || row.isPeer()) frontier.push_back(&row);
     }
     if (!frontier.empty()) {
-        out << "<h3>What no method beats" << (std::any_of(rows.begin(), rows.end(), [](auto& r) { return r.isPeer(); }) ? ", and peers" : "")
+        out << "<h3>What no method beats"
+            << (std::any_of(rows.begin(), rows.end(), [](auto& r) { return r.isPeer(); }) ? ", and peers"
+                                                                                          : "")
             << "</h3>\n";
         writeTable(out, frontier, hasCases);
     }
@@ -118,8 +132,10 @@ void writeEffect(std::ostream& out, const fs::path& folder, const std::vector<Ch
     for (const ChartRow& row : rows) {
         if (row.map.empty()) continue;
         if (isFirst)
-            out << "<h3>Where the error is</h3>\n<p>For those methods: the error in 8-bit steps over the picture. "
-                   "Every map has the same scale; grey is a discontinuity decided by the last bits.</p>\n<div class=\"maps\">\n";
+            out << "<h3>Where the error is</h3>\n<p>For those methods: the error in 8-bit steps over the "
+                   "picture. "
+                   "Every map has the same scale; grey is a discontinuity decided by the last "
+                   "bits.</p>\n<div class=\"maps\">\n";
         isFirst = false;
         out << picture(folder / row.map, row.caseName + " " + row.label());
     }
@@ -127,8 +143,10 @@ void writeEffect(std::ostream& out, const fs::path& folder, const std::vector<Ch
 }
 
 void writeSummary(std::ostream& out, const std::vector<std::vector<ChartRow>>& effects) {
-    out << "<h3>The fastest way that nobody can tell from the truth</h3>\n<table><tr><th>effect</th><th>case</th>"
-           "<th>on</th><th>method</th><th class=\"n\">ms</th><th class=\"n\">frame copies</th><th class=\"n\">worst error</th></tr>\n";
+    out << "<h3>The fastest way that nobody can tell from the "
+           "truth</h3>\n<table><tr><th>effect</th><th>case</th>"
+           "<th>on</th><th>method</th><th class=\"n\">ms</th><th class=\"n\">frame copies</th><th "
+           "class=\"n\">worst error</th></tr>\n";
     for (const auto& rows : effects) {
         std::vector<std::string> backends;
         for (const ChartRow& row : rows)
@@ -137,11 +155,11 @@ void writeSummary(std::ostream& out, const std::vector<std::vector<ChartRow>>& e
         for (const std::string& name : casesOf(rows))
             for (const std::string& backend : backends) {
                 const ChartRow* best = fastestUnseen(rows, name, backend);
-                out << "<tr><td><a href=\"#" << escaped(rows[0].effect) << "\">" << escaped(rows[0].effect) << "</a></td>"
-                    << cell(name, false) << cell(backend, false);
+                out << "<tr><td><a href=\"#" << escaped(rows[0].effect) << "\">" << escaped(rows[0].effect)
+                    << "</a></td>" << cell(name, false) << cell(backend, false);
                 if (best)
-                    out << cell(best->label(), false) << cell(shortNumber(best->milliseconds)) << cell(copiesOf(*best))
-                        << cell(shortNumber(best->error.worst));
+                    out << cell(best->label(), false) << cell(shortNumber(best->milliseconds))
+                        << cell(copiesOf(*best)) << cell(shortNumber(best->error.worst));
                 else
                     out << "<td colspan=\"4\" class=\"grey\">none of those charted</td>";
                 out << "</tr>\n";
@@ -166,9 +184,13 @@ void writeChartPage(const std::string& folder) {
         effects.push_back(std::move(rows));
     }
     std::ostringstream out;
-    out << head << "<h1>Speed against accuracy</h1>\n<p>Every method of each effect, at every setting of its knob: how long it takes, and how "
-           "far its worst pixel is from a double-precision reference, in steps of an 8-bit picture after sRGB encoding. Medians; bars span the "
-           "quartiles. On GL the time is that of the passes alone, by GPU timers.</p>\n<p class=\"grey\">Measured on ";
+    out << head
+        << "<h1>Speed against accuracy</h1>\n<p>Every method of each effect, at every setting of its knob: "
+           "how long it takes, and how "
+           "far its worst pixel is from a double-precision reference, in steps of an 8-bit picture after "
+           "sRGB encoding. Medians; bars span the "
+           "quartiles. On GL the time is that of the passes alone, by GPU timers.</p>\n<p "
+           "class=\"grey\">Measured on ";
     bool isFirst = true;
     for (const auto& [device, backend] : devices) {
         out << (isFirst ? "" : "; ") << escaped(backend) << ": " << escaped(device);

@@ -10,7 +10,7 @@
 namespace brume {
 namespace {
 
-constexpr double leastShown = 1e-6;  // steps; fp32 rounding is 1e-5
+constexpr double leastShown = 1e-5;  // steps: about fp32's rounding
 
 PlotPoint pointOf(const ChartRow& row) {
     return {row.milliseconds, std::max(row.error.worst, leastShown), row.low, row.high, ""};
@@ -26,13 +26,16 @@ PlotPanel panelOf(const std::vector<ChartRow>& rows, const std::string& caseName
     std::vector<PlotSeries> methods, peers;
     double copy = 0;
     for (const ChartRow& row : rows) {
-        const bool isHere = row.caseName == caseName && (row.backend == backend || (row.isPeer() && backend == "cpu"));
+        const bool isHere =
+            row.caseName == caseName && (row.backend == backend || (row.isPeer() && backend == "cpu"));
         if (!isHere || !row.problem.empty() || !row.hasError) continue;
         if (row.onFrontier) frontier.points.push_back(pointOf(row));
         auto& all = row.isPeer() ? peers : methods;
         auto found = std::find_if(all.begin(), all.end(), [&](auto& s) { return s.name == row.method; });
         if (found == all.end())
-            found = all.insert(all.end(), {row.method, row.isPeer() ? PlotSeries::Kind::Points : PlotSeries::Kind::Line, {}});
+            found = all.insert(
+                all.end(),
+                {row.method, row.isPeer() ? PlotSeries::Kind::Points : PlotSeries::Kind::Line, {}});
         found->points.push_back(pointOf(row));
         // The knob at both ends says which way the line runs.
         if (!row.knob.empty()) found->points.back().label = row.value;
@@ -135,8 +138,8 @@ PlotPage chartPlot(const std::vector<ChartRow>& rows) {
         if (!row.isPeer()) devices[row.backend] = deviceWord(row);
     page.note = text(rows[0].frame, ", ", rows[0].size.width, "×", rows[0].size.height,
                      "; left is faster; below the dashed line nobody sees a difference");
-    page.columns = int(devices.size());
     const auto cases = casesOf(rows);
+    page.columns = devices.size() == 1 ? 2 : int(devices.size());
     for (const std::string& name : cases)
         for (const auto& [backend, device] : devices)
             page.panels.push_back(

@@ -138,7 +138,8 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
             const std::string color = std::string(" lc rgb '") + colors[look % colorCount] + "'";
             if (s.kind == PlotSeries::Kind::Frontier)
                 plots << (plots.tellp() > 0 ? ", " : "") << name
-                      << " using 1:2 notitle with steps lw 7 lc rgb '#e3ddc8'";
+                      << " using 1:2 notitle with steps lw 7 lc rgb '#e3ddc8', " << name
+                      << " using 1:2 notitle with points pt 7 ps 2.2 lc rgb '#e3ddc8'";
             else
                 plots << (plots.tellp() > 0 ? ", " : "") << name << " using 1:2 notitle "
                       << styleOf(s.kind, look);
@@ -187,7 +188,8 @@ std::string scriptOf(const PlotPage& page, const std::string& terminal, const st
     std::ostringstream out;
     out << "set encoding utf8\nset terminal " << terminal << "\nset output " << quoted(output) << "\n"
         << "set multiplot\nunset key\nset border 3 lc rgb '#888888'\n"
-        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics format '%g'\nset ytics format "
+        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics nomirror format '%g'\nset ytics "
+           "nomirror format "
            "'%g'\n"
         << "set grid xtics ytics lw .6 lc rgb '#e8e8e8'\nset errorbars small\n"
         << "set lmargin 8.5\nset rmargin 1.5\nset tmargin 1.8\nset bmargin 3.2\n";
@@ -198,7 +200,8 @@ std::string scriptOf(const PlotPage& page, const std::string& terminal, const st
     // Labels belong to the first plot drawn; each panel clears them.
     out << "set origin 0,0\nset size 1,1\nunset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\n"
         << "plot NaN notitle\nunset label 1000\nunset label 1001\nset border 3 lc rgb '#888888'\n"
-        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics format '%g'\nset ytics format "
+        << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics nomirror format '%g'\nset ytics "
+           "nomirror format "
            "'%g'\n";
     Legend legend;
     const double body = 1 - legendShare - headShare;

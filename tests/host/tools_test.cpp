@@ -12,7 +12,7 @@ namespace {
 TEST_F(Tools, helpOfEveryCommandHasAnExample) {
     auto ran = brume("--help");
     EXPECT_EQ(ran.status, 0);
-    for (std::string command : {"apply", "check", "bench", "info"}) {
+    for (std::string command : {"apply", "check", "bench", "chart", "info"}) {
         EXPECT_THAT(ran.out, HasSubstr("  " + command));
         auto help = brume(command + " --help");
         EXPECT_EQ(help.status, 0);

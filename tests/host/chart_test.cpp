@@ -1,0 +1,53 @@
+// brume chart, the real program on tiny frames.
+#include <filesystem>
+
+#include "host/program.hpp"
+
+using testing::HasSubstr;
+using Chart = brume::test::Program;
+
+namespace {
+
+TEST_F(Chart, writesTablePicturesAndAPageForEveryEffectNamed) {
+    addFrame("street.exr");
+    auto ran = brume("chart depth_fog blend -o charts --frame street.exr --repetitions 3 --seconds .01 --pixels 200");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("charts/index.html"));
+    for (std::string name : {"depth_fog", "blend"})
+        for (std::string ending : {".csv", ".svg", ".png"})
+            EXPECT_TRUE(std::filesystem::exists(path("charts/" + name + ending))) << name << ending;
+    const std::string csv = brume::test::bytesOf(path("charts/depth_fog.csv"));
+    EXPECT_THAT(csv, HasSubstr("depth_fog,,exponential squared,,,cpu,"));
+    EXPECT_THAT(csv, HasSubstr("llvmpipe"));
+    EXPECT_THAT(csv, HasSubstr(",street,"));
+    const std::string page = brume::test::bytesOf(path("charts/index.html"));
+    EXPECT_THAT(page, HasSubstr("id=\"depth_fog\""));
+    EXPECT_THAT(page, HasSubstr("id=\"blend\""));
+    EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));  // the error maps
+
+    // A piece made later joins the page.
+    ran = brume("chart debug_depth -o charts --size 32x18 --backend cpu --repetitions 3 --seconds .01 --pixels 50");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("id=\"blend\""));
+    EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("id=\"debug_depth\""));
+}
+
+TEST_F(Chart, anyFileByPathAndWithoutAReferenceIsTimed) {
+    addText("half.fs", R"(/*{"ISFVSN": "2", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
+void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * vec4(0.5, 0.5, 0.5, 1.0); }
+)");
+    auto ran = brume("chart half.fs -o charts --size 32x18 --repetitions 3 --seconds .01");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(brume::test::bytesOf(path("charts/half.csv")), HasSubstr("half,,half,,,gl,"));
+    EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("no reference"));
+}
+
+TEST_F(Chart, mistakesAreSentences) {
+    expectError("chart depth_fgo -o charts", 2, "'depth_fog'");
+    expectError("chart depth_fog -o charts --size huge", 2, "huge");
+    expectError("chart depth_fog -o charts --backend vulkan", 2, "vulkan");
+    expectError("chart depth_fog -o charts --frame missing.exr", 3, "missing.exr");
+    expectError("chart depth_fog", 2, "--output");
+}
+
+}  // namespace
