@@ -16,6 +16,7 @@ void addInfo(CLI::App& program);
 void addInspect(CLI::App& program);
 void addPreview(CLI::App& program);
 void addConvert(CLI::App& program);
+void addConvertPreset(CLI::App& program);
 void addNew(CLI::App& program);
 
 }  // namespace brume::host

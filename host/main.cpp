@@ -33,6 +33,7 @@ int run(int argc, char** argv) {
     host::addInfo(program);
     host::addInspect(program);
     host::addConvert(program);
+    host::addConvertPreset(program);
     host::addNew(program);
     program.footer(
         "Examples:\n"

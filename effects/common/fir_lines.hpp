@@ -1,6 +1,6 @@
-// The inner loops of every FIR here, over lines of RGBA floats. Each loaded pixel serves several outputs while
-// it is in a register; every output sums its taps in one fixed order, so the same pixel gets the same bits
-// whatever thread, tile or vector width computed it.
+// The inner loops of every FIR here, over lines of RGBA floats. Each loaded pixel serves several outputs
+// while it is in a register; every output sums its taps in one fixed order, so the same pixel gets the same
+// bits whatever thread, tile or vector width computed it.
 #pragma once
 
 #include <array>
