@@ -9,6 +9,7 @@
 
 #include "common/blur_lines.hpp"
 #include "common/fir_lines.hpp"
+#include "common/scratch.hpp"
 
 namespace blur {
 
@@ -30,29 +31,40 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int widest = std::clamp(384 * 1024 / (16 * lines), 32, 960);
     const int tiles = std::min((width + 31) / 32, ((width - 1) / widest / threads + 1) * threads);
     const int tile = ((width - 1) / tiles / 32 + 1) * 32;
-    cv::parallel_for_(
-        cv::Range(0, (width - 1) / tile + 1),
-        [&](const cv::Range& range) {
-            std::vector<float> padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
-            std::vector<const float*> rows(lines);
-            auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * tile; };
-            for (int index = range.start; index < range.end; index++) {
-                const int x0 = index * tile, count = std::min(tile, width - x0);
-                for (int y = 0, done = 0; y < height; y += acrossRows) {
-                    for (; done <= std::min(y + acrossRows - 1 + reach, height - 1); done++)
-                        filterReplicated(slot(done), 4 * count, padded, in.ptr<float>(done), width,
-                                         x0 - reach, count + 2 * reach, [&](const float* line) {
-                                             firAlong(slot(done), line, taps.data(), tapCount, count);
-                                         });
-                    for (int u = 0; u < lines; u++) rows[u] = slot(std::clamp(y - reach + u, 0, height - 1));
-                    float* to[acrossRows];
-                    const int rowCount = std::min(acrossRows, height - y);
-                    for (int k = 0; k < rowCount; k++) to[k] = out.ptr<float>(y + k) + 4 * x0;
-                    firAcross(to, rowCount, rows.data(), 1, taps.data(), tapCount, 4 * count);
+    auto filterTiles = [&](const cv::Range& range) {
+        Scratch padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
+        std::vector<const float*> rows(lines);
+        auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * tile; };
+        for (int index = range.start; index < range.end; index++) {
+            const int x0 = index * tile, count = std::min(tile, width - x0);
+            // Only pixels within reach of an edge need a padded row. The parts keep firAlong's step of 32 px.
+            const int inside0 = std::min((std::max(reach - x0, 0) + 31) / 32 * 32, count),
+                      inside1 =
+                          std::min(inside0 + std::max(width - reach - x0 - inside0, 0) / 32 * 32, count);
+            auto filterRow = [&](int y, int from, int end) {
+                if (from == end) return;
+                float* to = slot(y) + 4 * from;
+                filterReplicated(to, 4 * (end - from), padded.data(), in.ptr<float>(y), width,
+                                 x0 + from - reach, end - from + 2 * reach, [&](const float* line) {
+                                     firAlong(to, line, taps.data(), tapCount, end - from,
+                                              in.ptr<float>(std::min(y + 1, height - 1)) + 4 * (x0 + from));
+                                 });
+            };
+            for (int y = 0, done = 0; y < height; y += acrossRows) {
+                for (; done <= std::min(y + acrossRows - 1 + reach, height - 1); done++) {
+                    filterRow(done, 0, inside0);
+                    filterRow(done, inside0, inside1);
+                    filterRow(done, inside1, count);
                 }
+                for (int u = 0; u < lines; u++) rows[u] = slot(std::clamp(y - reach + u, 0, height - 1));
+                float* to[acrossRows];
+                const int made = std::min(acrossRows, height - y);
+                for (int k = 0; k < made; k++) to[k] = out.ptr<float>(y + k) + 4 * x0;
+                firAcross(to, made, rows.data(), 1, taps.data(), tapCount, 4 * count);
             }
-        },
-        tiles);
+        }
+    };
+    cv::parallel_for_(cv::Range(0, (width - 1) / tile + 1), filterTiles, tiles);
 }
 
 /// The numbers of a decimated blur, see blur_design.hpp.
@@ -91,7 +103,7 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
         // Room for two spare taps and four spare outputs.
         const int first = -smallMargin * factor - reach;
         const int count = (smallWidth - 1) * factor + 2 * pairCount;
-        std::vector<float> padded(4 * size_t(count)), ring(size_t(lines) * 4 * smallWidth);
+        Scratch padded(4 * size_t(count)), ring(size_t(lines) * 4 * smallWidth);
         std::vector<const float*> rows(lines);
         auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * smallWidth; };
         for (int band = range.start; band < range.end; band++) {
@@ -101,9 +113,10 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
                 const int rowCount = std::min(acrossRows, j1 - j), y = (j - smallMargin) * factor;
                 for (; done <= std::clamp(y + (rowCount - 1) * factor + reach, 0, height - 1); done++) {
                     float* result = slot(done);
-                    filterRow(done, first, count, padded, result, 4 * smallWidth, [&](const float* line) {
-                        decimateLine(result, line, pairs.data(), pairCount, factor, smallWidth);
-                    });
+                    filterRow(done, first, count, padded.data(), result, 4 * smallWidth,
+                              [&](const float* line) {
+                                  decimateLine(result, line, pairs.data(), pairCount, factor, smallWidth);
+                              });
                 }
                 for (int u = 0; u < lines; u++) rows[u] = slot(std::clamp(y - reach + u, 0, height - 1));
                 float* to[acrossRows];
@@ -116,8 +129,7 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
 }
 
 inline cv::Mat decimate(const cv::Mat& in, int factor, std::span<const float> half, const cv::Mat& scratch) {
-    auto filterRow = [&](int y, int first, int count, std::vector<float>& padded, float* result, int floats,
-                         auto filter) {
+    auto filterRow = [&](int y, int first, int count, float* padded, float* result, int floats, auto filter) {
         filterReplicated(result, floats, padded, in.ptr<float>(y), in.cols, first, count, filter);
     };
     return decimateRows(in.cols, in.rows, factor, half, scratch, filterRow);
@@ -146,13 +158,14 @@ inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> 
 inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur) {
     // The output is written last, so its memory can hold the small image until then.
     cv::Mat small = decimate(in, blur.factor, blur.prefilter, out);
-    cv::Mat blurred(small.size(), CV_32FC4);
+    Scratch memory(4 * small.total());
+    cv::Mat blurred(small.size(), CV_32FC4, memory.data());
     separableFir(small, blurred, blur.small);
     std::vector<float> pairs = phasePairs(blur.factor, blur.up);
     cv::parallel_for_(
         cv::Range(0, in.rows),
         [&](const cv::Range& range) {
-            std::vector<float> between(4 * size_t(small.cols));
+            Scratch between(4 * size_t(small.cols));
             for (int y = range.start; y < range.end; y++)
                 enlargeRow(blurred, blur.factor, blur.up, pairs.data(), y, 0, in.cols, between.data(),
                            out.ptr<float>(y));

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <vector>
 
 #include "common/fir_lines.hpp"
 
@@ -42,18 +41,18 @@ static inline void copyReplicated(float* out, const float* row, int width, int f
 // Runs `filter` on that line, of values as they are; and again, with its bad values replaced, if any got into
 // the `floats` floats of its result: looking there is cheaper than looking at every input.
 template <class Filter>
-static inline void filterReplicated(float* result, int floats, std::vector<float>& padded, const float* row,
-                                    int width, int first, int count, Filter filter) {
+static inline void filterReplicated(float* result, int floats, float* padded, const float* row, int width,
+                                    int first, int count, Filter filter) {
     if (first >= 0 && first + count <= width) {
         filter(row + 4 * first);
     } else {
-        copyReplicated(padded.data(), row, width, first, count,
+        copyReplicated(padded, row, width, first, count,
                        [](float* out, const float* in, int n) { std::memcpy(out, in, n * sizeof(float)); });
-        filter(padded.data());
+        filter(padded);
     }
     if (allFinite(result, floats)) return;
-    copyReplicated(padded.data(), row, width, first, count, copyFinite);
-    filter(padded.data());
+    copyReplicated(padded, row, width, first, count, copyFinite);
+    filter(padded);
 }
 
 // out = half[0]·center + Σ half[t]·(before[t] + after[t]), t = 1..reach; mirrored input gives mirrored bits.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <utility>
-#include <vector>
 
 #include "common/filter_lines.hpp"
 
@@ -38,7 +37,7 @@ BRUME_VECTORISE static void boxLanes(float* out, const float* x, int count, Box 
 /// Three boxes along rows, then along columns. `in` and `out` are CV_32FC4 of one size and do not overlap.
 inline void boxBlur(const cv::Mat& in, cv::Mat& out, Box box) {
     filterLines(in, out, [&](float* y, const float* x, int count) {
-        std::vector<float> between(size_t(laneCount) * count);
+        Scratch between(size_t(laneCount) * count);
         boxLanes(y, x, count, box);
         boxLanes(between.data(), y, count, box);
         boxLanes(y, between.data(), count, box);

@@ -41,9 +41,13 @@ BRUME_INLINE void alongBlock(float* out, const float* line, const float* taps, i
     for (int k = 0; k < vectors; k++) *(Vector*)(out + floats * k) = a[k];
 }
 BRUME_VECTORISE static void firAlong(float* out, const float* line, const float* taps, int tapCount,
-                                     int pixels) {
+                                     int pixels, const float* next) {
     int i = 0;
-    for (; i + 32 <= pixels; i += 32) alongBlock<8, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
+    for (; i + 32 <= pixels; i += 32) {
+        for (int k = 0; k < 8; k++) __builtin_prefetch(next + 4 * i + 16 * k);
+        alongBlock<8, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
+    }
+    for (; i + 16 <= pixels; i += 16) alongBlock<4, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
     for (; i + 4 <= pixels; i += 4) alongBlock<1, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
     for (; i < pixels; i++) alongBlock<1, Ones>(out + 4 * i, line + 4 * i, taps, tapCount);
 }

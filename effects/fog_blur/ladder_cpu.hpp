@@ -65,11 +65,11 @@ inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, i
 
 inline cv::Mat smallLevel(const Source& source, const LadderLevel& level, bool keepEdges,
                           const cv::Mat& scratch) {
-    auto filterRow = [&](int y, int first, int count, std::vector<float>& padded, float*, int, auto filter) {
-        std::vector<float> sigmas(count);
-        sharpReplicated(padded.data(), sigmas.data(), source, y, first, count);
-        if (keepEdges) weigh(padded.data(), padded.data(), sigmas.data(), level.sigma, count);
-        filter(padded.data());
+    auto filterRow = [&](int y, int first, int count, float* padded, float*, int, auto filter) {
+        blur::Scratch sigmas(count);
+        sharpReplicated(padded, sigmas.data(), source, y, first, count);
+        if (keepEdges) weigh(padded, padded, sigmas.data(), level.sigma, count);
+        filter(padded);
     };
     cv::Mat small = blur::decimateRows(source.color.cols, source.color.rows, level.factor, level.prefilter,
                                        scratch, filterRow);
