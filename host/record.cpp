@@ -7,6 +7,7 @@
 
 #include "error.hpp"
 #include "frame/attributes.hpp"
+#include "strict_json.hpp"
 
 namespace brume::host {
 namespace {
@@ -34,6 +35,9 @@ std::string contentHash(const std::string& path) {
     std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(h ^ h >> 31));
     return digits;
 }
+
+/// Paths may be no UTF-8.
+std::string shown(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 int64_t changeTime(const std::string& path) {
     return std::chrono::duration_cast<std::chrono::milliseconds>(fs::last_write_time(path).time_since_epoch())
@@ -79,16 +83,19 @@ std::string writeRecord(const Making& making, const json& files) {
     json settings = json::object();
     for (const auto& [path, value] : making.settings) settings[path] = value;
     record["settings"] = settings;
-    return record.dump();
+    return shown(record);
 }
 
 std::optional<json> readRecord(const std::string& path) {
     auto attributes = readAttributes(path);
     auto found = attributes.find(recordKey);
     if (found == attributes.end()) return {};
-    json record = json::parse(found->second, nullptr, false);
-    if (!record.is_object()) return {};
-    return record;
+    try {
+        if (parseJson(found->second).is_object()) return json::parse(found->second);  // in its own order
+    } catch (const Error&) {
+    } catch (const json::exception&) {
+    }
+    return {};  // not of our making
 }
 
 Making makingOf(const json& record, const std::string& path) {
@@ -119,9 +126,9 @@ std::string staleness(const json& record, const Making& making) {
     json expected = identityOf(making);
     for (const auto& [key, value] : expected.items())
         if (!record.contains(key) || record[key] != value) {
-            std::string was = record.contains(key) ? record[key].dump() : "nothing";
+            std::string was = record.contains(key) ? shown(record[key]) : "nothing";
             return key == "preset" ? "was made with another preset"
-                                   : text("was made with ", key, " ", was, ", not ", value.dump());
+                                   : text("was made with ", key, " ", was, ", not ", shown(value));
         }
     for (const json& file : record.value("files", json::array())) {
         std::string name = file.value("name", "");

@@ -4,6 +4,7 @@
 
 #include "effect/header_parts.hpp"
 #include "effect/sloppy_json.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -38,15 +39,12 @@ std::pair<std::string, size_t> splitComment(const std::string& path, const std::
 
 namespace {
 
-// Reading and copying JSON goes as deep as the stack allows; no description is nested like this.
-constexpr int deepest = 64;
-
 bool isTooDeep(const std::string& comment) {
     int depth = 0;
     for (char c : comment) {
         if (c == '[' || c == '{') depth++;
         if ((c == ']' || c == '}') && depth > 0) depth--;
-        if (depth > deepest) return true;
+        if (depth > deepestJson) return true;
     }
     return false;
 }
@@ -55,11 +53,16 @@ bool isTooDeep(const std::string& comment) {
 
 // The description, as JSON or, in a foreign file, as what it evidently means.
 json parseDescription(const std::string& path, const std::string& fileText, const std::string& comment) {
-    if (isTooDeep(comment)) failUsage(path, ": the description is nested deeper than ", deepest, " brackets");
     try {
-        return json::parse(comment, nullptr, true, true);
+        return parseJson(comment);
+    } catch (const Error& error) {
+        // A foreign file may say a key twice; how deep it may go has no exception.
+        const json loose = isTooDeep(comment) ? json() : json::parse(comment, nullptr, false, true);
+        if (loose.is_object() && !loose.contains("SPACE")) return loose;
+        failUsage(path, ": the description ", error.what());
     } catch (const json::parse_error& error) {
-        const json repaired = json::parse(repairJson(comment), nullptr, false, true);
+        const json repaired =
+            isTooDeep(comment) ? json() : json::parse(repairJson(comment), nullptr, false, true);
         if (repaired.is_object() && !repaired.empty() && !repaired.contains("SPACE")) return repaired;
         failUsage(path, ":", lineAt(fileText, error.byte), ": the description is not JSON: ", error.what());
     }

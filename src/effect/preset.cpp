@@ -10,6 +10,7 @@
 #include "effect/install_root.hpp"
 #include "error.hpp"
 #include "nearest_name.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -36,6 +37,10 @@ static Step parseStep(const json& object, const std::string& where, const Effect
     if (!object.is_object() || !object.contains("effect"))
         failUsage(where, ": each must be an object with an \"effect\"");
     std::string name = textOf(object, "effect", where);
+    if (name.find('/') != std::string::npos || name.ends_with(".fs"))
+        failUsage(where, ": '", name,
+                  "' is a path; a preset may only name effects that 'brume list' shows "
+                  "(add their folder to BRUME_EFFECT_PATH), as a plugin beside a file is native code");
     std::shared_ptr<const Effect> effect;
     try {
         effect = registry.find(name);
@@ -110,7 +115,7 @@ static void parsePolicy(const json& preset, Chain& chain, const std::string& whe
         chain.policy.unknown = UnknownDepth(choose("unknown", {"fill", "far", "keep"}));
     if (preset.contains("smooth_depth")) {
         if (!preset["smooth_depth"].is_number() || !(preset["smooth_depth"] >= 0))
-            failUsage(where, ": smooth_depth: ", preset["smooth_depth"].dump(), " is not a radius in px");
+            failUsage(where, ": smooth_depth: ", shownJson(preset["smooth_depth"]), " is not a radius in px");
         chain.policy.smooth = preset["smooth_depth"].get<double>();
     }
     if (!preset.contains("sky")) return;
@@ -128,7 +133,9 @@ static void parsePolicy(const json& preset, Chain& chain, const std::string& whe
 Chain parsePreset(const std::string& jsonText, const std::string& where, const EffectRegistry& registry) {
     json preset;
     try {
-        preset = json::parse(jsonText, nullptr, true, true);
+        preset = parseJson(jsonText);
+    } catch (const Error& error) {
+        failUsage(where, ": ", error.what());
     } catch (const json::parse_error& error) {
         int line = 1 + int(std::count(jsonText.begin(),
                                       jsonText.begin() + std::min(error.byte, jsonText.size()), '\n'));
@@ -198,8 +205,7 @@ std::string writePreset(const Chain& chain) {
     for (const auto& step : chain.steps) {
         ordered object;
         const auto& header = step.effect->header;
-        bool shipped = fs::path(header.path).parent_path().filename() == header.name;
-        object["effect"] = shipped ? header.name : header.path;
+        object["effect"] = header.name;
         if (step.id != header.name) object["id"] = step.id;
         if (step.input != "color") object["input"] = step.input;
         if (step.output != "color") object["output"] = step.output;
@@ -208,7 +214,7 @@ std::string writePreset(const Chain& chain) {
             const auto& value = step.values.at(parameter.name);
             bool isMain = parameter.name == header.mainImage();
             if (!isMain && (step.given.count(parameter.name) || !(value == parameter.defaultValue)))
-                object[parameter.name] = ordered::parse(toJson(parameter, value).dump());
+                object[parameter.name] = ordered::parse(shownJson(toJson(parameter, value)));
         }
         preset["effects"].push_back(object);
     }

@@ -7,6 +7,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "error.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -64,7 +65,7 @@ static std::string cacheKey(const Derived& derived, const Step& step, const Deri
             const double numbers[] = {double(c.frameIndex), double(c.seed)};
             append(key, numbers, 2);
         } else if (from == "sidecar") {
-            key += c.extras ? c.extras->dump() : "";
+            key += c.extras ? shownJson(*c.extras) : "";
         } else {
             append(key, step.values.at(from));
         }

@@ -5,6 +5,7 @@
 #include "frame/depth_encoding.hpp"
 #include "frame/sidecar.hpp"
 #include "nearest_name.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -66,11 +67,11 @@ const std::vector<std::string> keys = {
 double number(const json& value, const std::string& key, const std::string& where) {
     if (value.is_number()) return value.get<double>();
     if (value.is_string() && (value == "inf" || value == "infinite")) return DepthEncoding::infinity;
-    failIo(where, ": ", key, " is ", value.dump(), ", not a number");
+    failIo(where, ": ", key, " is ", shownJson(value), ", not a number");
 }
 
 bool flag(const json& value, const std::string& key, const std::string& where) {
-    if (!value.is_boolean()) failIo(where, ": ", key, " is ", value.dump(), ", not true or false");
+    if (!value.is_boolean()) failIo(where, ": ", key, " is ", shownJson(value), ", not true or false");
     return value.get<bool>();
 }
 
@@ -139,7 +140,7 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
             e.zeroIsSky = flag(value, key, where);
         else if (key == "range") {
             if (!value.is_array() || value.size() != 2)
-                failIo(where, ": range is ", value.dump(), ", not the two numbers stored for 0 and 1");
+                failIo(where, ": range is ", shownJson(value), ", not the two numbers stored for 0 and 1");
             e.rangeMin = number(value[0], key, where);
             e.rangeMax = number(value[1], key, where);
         } else if (key == "unknown") {

@@ -7,6 +7,7 @@
 #include "error.hpp"
 #include "frame/image_file.hpp"
 #include "nearest_name.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -17,7 +18,7 @@ namespace {
 
 double number(const json& object, const char* key, const std::string& where) {
     const json& value = object.at(key);
-    if (!value.is_number()) failIo(where, ": ", key, " is ", value.dump(), ", not a number");
+    if (!value.is_number()) failIo(where, ": ", key, " is ", shownJson(value), ", not a number");
     return value.get<double>();
 }
 
@@ -35,7 +36,8 @@ cv::Matx44d pose(const json& camera, const std::string& where) {
             failIo(where, ": world_from_camera must be 16 numbers, row by row");
         cv::Matx44d matrix;
         for (int k = 0; k < 16; ++k) {
-            if (!m[k].is_number()) failIo(where, ": world_from_camera holds ", m[k].dump(), ", not a number");
+            if (!m[k].is_number())
+                failIo(where, ": world_from_camera holds ", shownJson(m[k]), ", not a number");
             matrix.val[k] = m[k];
         }
         return matrix;
@@ -89,7 +91,9 @@ Sidecar readSidecar(const std::string& imagePath) {
     const std::vector<unsigned char> bytes = readBytes(sidecar.path, size_t(64) << 20);
     json root;
     try {
-        root = json::parse(bytes.begin(), bytes.end(), nullptr, true, true);
+        root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    } catch (const Error& e) {
+        failIo(sidecar.path, ": ", e.what());
     } catch (const json::exception& e) {
         failIo(sidecar.path, ": is not JSON: ", e.what());
     }

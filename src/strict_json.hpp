@@ -1,0 +1,20 @@
+// JSON from files that anybody may have written.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+namespace brume {
+
+constexpr int deepestJson = 64;
+
+/// JSON, comments allowed. Throws Error (Usage) where it is nested deeper than deepestJson (copying JSON goes
+/// as deep as the stack allows), says a key twice or holds a number beyond a double's range;
+/// nlohmann::json::parse_error where it is no JSON.
+nlohmann::json parseJson(std::string_view text);
+
+/// As JSON, keys in alphabetical order; text that is no UTF-8, such as some paths, does not stop it.
+std::string shownJson(const nlohmann::json& value);
+
+}  // namespace brume
