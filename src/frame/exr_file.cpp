@@ -17,6 +17,7 @@
 
 #include "error.hpp"
 #include "frame/exr_deep.hpp"
+#include "frame/exr_limits.hpp"
 #include "frame/exr_zip.hpp"
 #include "frame/image_file.hpp"
 
@@ -38,6 +39,7 @@ std::string withoutPrefix(std::string message, const std::string& path) {
 // OpenEXR's C++ reader allocates its chunk table as it opens; the C core reads headers without, so it goes
 // first and holds the limits.
 OpenExr openWithinLimits(const std::string& path, size_t maxPixels) {
+    requireModestHeaders(path);
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     thread_local std::string complaint;
     complaint.clear();
@@ -62,6 +64,7 @@ OpenExr openWithinLimits(const std::string& path, size_t maxPixels) {
         for (const exr_attr_box2i_t& box : {data, display})
             requireSize(path, int64_t(box.max.x) - box.min.x + 1, int64_t(box.max.y) - box.min.y + 1,
                         maxPixels);
+        requireModestBlocks(context, part, path, maxPixels);
         int32_t chunks = 0;
         if (exr_get_chunk_count(context, part, &chunks) != EXR_ERR_SUCCESS) failDamaged(path, complaint);
         if (uintmax_t(std::max(chunks, 0)) * 8 > fileSize)

@@ -35,6 +35,9 @@ std::string reason(std::string message) {
 
 extern "C" __attribute__((visibility("default"))) void brumeReadImage(const std::string& path,
                                                                       size_t maxPixels, StoredImage& image) {
+    OIIO::attribute("limits:channels", 64);
+    OIIO::attribute("limits:imagesize_MB",
+                    int(std::min<size_t>(maxPixels >> 16, 1 << 20) + 1));  // 16 bytes each
     OIIO::ImageSpec wishes;
     wishes["oiio:UnassociatedAlpha"] = 1;  // as stored, not premultiplied behind our back
     const auto in = OIIO::ImageInput::open(path, &wishes);
