@@ -12,7 +12,8 @@ namespace brume::preview {
 
 static ImU32 seen(const cv::Vec4f& color) {
     int c[3];
-    for (int k = 0; k < 3; k++) c[k] = int(255 * std::clamp(srgbEncode(std::max(0.f, color[k])), 0., 1.) + .5);
+    for (int k = 0; k < 3; k++)
+        c[k] = int(255 * std::clamp(srgbEncode(std::max(0.f, color[k])), 0., 1.) + .5);
     return IM_COL32(c[0], c[1], c[2], 255);
 }
 
@@ -27,7 +28,8 @@ void drawProbe(App& app) {
     const ImVec2 mouse = ImGui::GetIO().MousePos;
     const float margin = 14 * scale;
     ImVec2 at{float(area.x) + margin, float(area.y + area.height) - height - margin};
-    if (mouse.x < at.x + width + 30 && mouse.y > at.y - 30) at.x = float(area.x + area.width) - width - margin;
+    if (mouse.x < at.x + width + 30 && mouse.y > at.y - 30)
+        at.x = float(area.x + area.width) - width - margin;
     ImDrawList* list = ImGui::GetWindowDrawList();
     list->AddRectFilled(at, {at.x + width, at.y + height}, IM_COL32(16, 17, 19, 222), 6 * scale);
     ImVec2 pen{at.x + padding, at.y + padding};

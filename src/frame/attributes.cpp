@@ -1,15 +1,12 @@
 #include "frame/attributes.hpp"
 
-#include <ImfHeader.h>
-#include <ImfStringAttribute.h>
-
 #include <array>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "error.hpp"
-#include "frame/exr_file.hpp"
+#include "frame/decode.hpp"
 #include "frame/image_file.hpp"
 
 namespace brume {
@@ -64,11 +61,9 @@ std::map<std::string, std::string> readAttributes(const std::string& path) {
     std::map<std::string, std::string> found;
     FileFormat format = formatOf(path);
     if (format == FileFormat::Exr) {
-        ExrFile file(path, maxPixels);
-        const Imf::Header& header = file.header(0);
-        for (auto it = header.begin(); it != header.end(); ++it)
-            if (auto attribute = dynamic_cast<const Imf::StringAttribute*>(&it.attribute()))
-                found[it.name()] = attribute->value();
+        const Decoded header = decode({Decode::Header, path, maxPixels});
+        for (const auto& [name, value] : header.facts.at("attributes").items())
+            if (value.is_string()) found[name] = value;
     } else if (format == FileFormat::Png) {
         forEachChunk(path, [&](const std::string& type, uint32_t length, std::ifstream& in) {
             if (type == "IDAT") return false;  // text after the pixels is not ours
@@ -85,7 +80,10 @@ std::map<std::string, std::string> readAttributes(const std::string& path) {
 
 cv::Size declaredSize(const std::string& path) {
     FileFormat format = formatOf(path);
-    if (format == FileFormat::Exr) return ExrFile(path, maxPixels).size();
+    if (format == FileFormat::Exr) {
+        const Decoded header = decode({Decode::Header, path, maxPixels});
+        return {header.facts.at("width"), header.facts.at("height")};
+    }
     if (format != FileFormat::Png) return {};
     cv::Size size;
     forEachChunk(path, [&](const std::string& type, uint32_t length, std::ifstream& in) {

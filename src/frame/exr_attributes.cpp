@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "error.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -25,48 +26,48 @@ struct NamedDouble {
 constexpr NamedDouble intrinsics[] = {
     {"brumeFx", &Camera::fx}, {"brumeFy", &Camera::fy}, {"brumeCx", &Camera::cx}, {"brumeCy", &Camera::cy}};
 
-std::optional<Camera> getCamera(const Imf::Header& header, const std::string& path) {
+std::optional<Camera> getCamera(const json& attributes, const std::string& path) {
     Camera camera;
     for (const NamedDouble& n : intrinsics) {
-        const auto* value = header.findTypedAttribute<Imf::DoubleAttribute>(n.name);
-        if (!value) return std::nullopt;
-        camera.*n.field = value->value();
+        const auto value = attributes.find(n.name);
+        if (value == attributes.end() || !value->is_number()) return std::nullopt;
+        camera.*n.field = value->get<double>();
     }
     if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy)))
         failIo(path, ": its focal lengths brumeFx, brumeFy are ", camera.fx, ", ", camera.fy,
                ", not above 0");
-    const auto* matrix = header.findTypedAttribute<Imf::M44dAttribute>("brumeWorldFromCamera");
-    if (!matrix) return std::nullopt;
-    for (int row = 0; row < 4; ++row)
-        for (int column = 0; column < 4; ++column)
-            camera.worldFromCamera(row, column) = matrix->value()[row][column];
+    const auto matrix = attributes.find("brumeWorldFromCamera");
+    if (matrix == attributes.end() || !matrix->is_array() || matrix->size() != 16) return std::nullopt;
+    for (int k = 0; k < 16; ++k) camera.worldFromCamera.val[k] = (*matrix)[k].get<double>();
     return camera;
 }
 
-std::string textOf(const Imf::Header& header, const char* name) {
-    const auto* attribute = header.findTypedAttribute<Imf::StringAttribute>(name);
-    return attribute ? attribute->value() : "";
+std::string textOf(const json& attributes, const char* name) {
+    const auto attribute = attributes.find(name);
+    return attribute != attributes.end() && attribute->is_string() ? attribute->get<std::string>() : "";
 }
 
 }  // namespace
 
-ExrStatements getStatements(const Imf::Header& header, const std::string& path) {
+ExrStatements getStatements(const json& attributes, const std::string& path) {
     ExrStatements stated;
-    stated.camera = getCamera(header, path);
-    if (const auto* time = header.findTypedAttribute<Imf::DoubleAttribute>("brumeTime"))
-        stated.time = time->value();
-    const std::string encoding = textOf(header, "brumeDepthEncoding"),
-                      sidecar = textOf(header, "brumeSidecar");
+    stated.camera = getCamera(attributes, path);
+    if (const auto time = attributes.find("brumeTime"); time != attributes.end() && time->is_number())
+        stated.time = time->get<double>();
+    const std::string encoding = textOf(attributes, "brumeDepthEncoding"),
+                      sidecar = textOf(attributes, "brumeSidecar");
     try {
         if (!encoding.empty()) stated.encoding = parseDepthEncoding(encoding);
         if (!sidecar.empty()) {
-            json extras = json::parse(sidecar);
+            json extras = parseJson(sidecar);
+            if (!extras.is_object()) failIo("must hold an object");
             const fs::path folder = fs::path(path).parent_path() / extras.value("sidecar_folder", "");
             extras["sidecar_folder"] = folder.lexically_normal().string();
             stated.extras = std::make_shared<const json>(std::move(extras));
         }
     } catch (const Error& e) {
-        failIo(path, ": attribute brumeDepthEncoding: ", e.what());
+        failIo(path, ": attribute ",
+               stated.encoding || encoding.empty() ? "brumeSidecar" : "brumeDepthEncoding", ": ", e.what());
     } catch (const json::exception& e) {
         failIo(path, ": attribute brumeSidecar: ", e.what());
     }
@@ -94,7 +95,7 @@ void putStatements(Imf::Header& header, const ExrStatements& statements, const s
     const fs::path relative = fs::absolute(from.empty() ? "." : from)
                                   .lexically_relative(fs::absolute(folder.empty() ? "." : folder));
     extras["sidecar_folder"] = relative.string();
-    header.insert("brumeSidecar", Imf::StringAttribute(extras.dump()));
+    header.insert("brumeSidecar", Imf::StringAttribute(shownJson(extras)));
 }
 
 }  // namespace brume

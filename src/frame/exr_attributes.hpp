@@ -23,8 +23,9 @@ struct ExrStatements {
     std::shared_ptr<const nlohmann::json> extras;
 };
 
-/// Throws Error (Io) naming `path` where an attribute makes no sense.
-ExrStatements getStatements(const Imf::Header& header, const std::string& path);
+/// From a header's attributes (Decoded's "attributes"). Throws Error (Io) naming `path` where one makes no
+/// sense.
+ExrStatements getStatements(const nlohmann::json& attributes, const std::string& path);
 
 /// Doubles as they are: what getStatements gives back to the bit. `folder` is where the file will stand.
 void putStatements(Imf::Header& header, const ExrStatements& statements, const std::string& folder);

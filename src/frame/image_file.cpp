@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "error.hpp"
+#include "frame/decode.hpp"
 #include "modules/module.hpp"
 
 namespace brume {
@@ -71,9 +72,8 @@ StoredImage loadThroughOpenImageIo(const std::string& path, size_t maxPixels) {
     return image;
 }
 
-StoredImage loadImage(const std::string& path, size_t maxPixels) {
-    const FileFormat format = formatOf(path);
-    switch (format) {
+StoredImage loadImageHere(const std::string& path, size_t maxPixels) {
+    switch (formatOf(path)) {
         case FileFormat::Exr:
             return loadExr(path, maxPixels);
         case FileFormat::Png:
@@ -92,6 +92,19 @@ StoredImage loadImage(const std::string& path, size_t maxPixels) {
             break;
     }
     failIo(path, ": is not an image brume knows (EXR, PNG, JPEG, TIFF, HDR, PFM, NPY, DPT)");
+}
+
+StoredImage loadImage(const std::string& path, size_t maxPixels) {
+    const FileFormat format = formatOf(path);
+    const bool isApart = format == FileFormat::Exr || format == FileFormat::Jpeg ||
+                         format == FileFormat::Tiff || format == FileFormat::Hdr;
+    if (!isApart) return loadImageHere(path, maxPixels);
+    const Decoded decoded = decode({Decode::Image, path, maxPixels});
+    StoredImage image;
+    image.pixels = decoded.images.at(0);
+    image.premultiplied = decoded.facts.at("premultiplied");
+    if (decoded.facts.contains("srgb")) image.srgb = decoded.facts["srgb"].get<bool>();
+    return image;
 }
 
 }  // namespace brume

@@ -24,12 +24,15 @@ FileFormat formatOf(const std::string& path);
 
 /// Any format but EXR's layers: an EXR gives its main colour, or its only channel. Throws Error (Io) naming
 /// the file and the reason, before memory is taken where the header asks for more than maxPixels.
+/// EXR, JPEG, TIFF and HDR are decoded in the reader's process (decode.hpp).
 StoredImage loadImage(const std::string& path, size_t maxPixels);
+/// All formats in this process.
+StoredImage loadImageHere(const std::string& path, size_t maxPixels);
 
 /// "FILE: declares 46340 × 46340 pixels, more than the limit of N" unless 1 ≤ width·height ≤ maxPixels.
 void requireSize(const std::string& path, int64_t width, int64_t height, size_t maxPixels);
 
-// One reader a family; loadImage chooses.
+// One reader a family; loadImageHere chooses.
 StoredImage loadPng(const std::string& path, size_t maxPixels);
 StoredImage loadNpy(const std::string& path, size_t maxPixels);
 StoredImage loadPfm(const std::string& path, size_t maxPixels);

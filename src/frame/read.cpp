@@ -9,8 +9,8 @@
 #include "frame/alpha.hpp"
 #include "frame/capture.hpp"
 #include "frame/color_encoding.hpp"
+#include "frame/decode.hpp"
 #include "frame/exr_attributes.hpp"
-#include "frame/exr_file.hpp"
 #include "frame/guided_depth.hpp"
 #include "frame/image_file.hpp"
 #include "frame/light_maps.hpp"
@@ -57,12 +57,10 @@ StoredDepth readDepthFile(const std::string& path, size_t maxPixels) {
     StoredDepth depth;
     depth.path = path;
     if (formatOf(path) == FileFormat::Exr) {
-        ExrFile file(path, maxPixels);
-        const int channel = selectDepthOnly(file);
-        depth.pixels = cv::Mat::zeros(file.size(), CV_32F);
-        file.read({{channel, &depth.pixels, 0}});
-        depth.habit = renderedDepth(selectLayers(file).depthInCentimetres);
-        depth.stated = getStatements(file.header(file.channels()[channel].part), path).encoding;
+        const Decoded decoded = decode({Decode::Depth, path, maxPixels});
+        depth.pixels = decoded.images.at(0);
+        depth.habit = renderedDepth(decoded.facts.at("centimetres"));
+        depth.stated = getStatements(decoded.facts.at("attributes"), path).encoding;
         return depth;
     }
     const StoredImage image = loadImage(path, maxPixels);
@@ -79,30 +77,14 @@ struct StoredPair {
 };
 
 StoredPair readExrPair(const std::string& path, bool wantDepth, std::optional<bool> srgb, size_t maxPixels) {
-    ExrFile file(path, maxPixels);
-    const ExrSelection selection = selectLayers(file);
-    if (!selection.hasColor()) failIo(path, ": holds no colour (no channels R, G, B)");
+    const Decoded decoded = decode({Decode::Pair, path, maxPixels, wantDepth});
     StoredPair pair;
-    pair.stated = getStatements(file.header(0), path);
-    const bool grey = selection.color[1] < 0 && selection.color[2] < 0;
-    // Pixels outside the data window are empty: alpha 0 where there is alpha.
-    pair.color = cv::Mat(file.size(), CV_32FC4, cv::Scalar(0, 0, 0, selection.color[3] < 0 ? 1 : 0));
-    std::vector<ExrFile::Request> requests;
-    for (int c = 0; c < 4; ++c)
-        if (selection.color[c] >= 0) requests.push_back({selection.color[c], &pair.color, c});
-    if (wantDepth && selection.depth >= 0) {
-        pair.depth = StoredDepth{path, cv::Mat::zeros(file.size(), CV_32F), pair.stated.encoding,
-                                 renderedDepth(selection.depthInCentimetres)};
-        requests.push_back({selection.depth, &pair.depth->pixels, 0});
-        pair.notes.push_back("depth: channel " + file.channels()[selection.depth].name);
-    }
-    file.read(requests);
-    if (grey) {
-        const int fromTo[] = {0, 1, 0, 2};
-        cv::mixChannels(pair.color, pair.color, fromTo, 2);
-    }
-    if (!selection.view.empty()) pair.notes.push_back("view: " + selection.view);
-    if (selection.color[3] >= 0) unpremultiply(pair.color);
+    pair.stated = getStatements(decoded.facts.at("attributes"), path);
+    pair.notes = decoded.facts.at("notes").get<std::vector<std::string>>();
+    pair.color = decoded.images.at(0);
+    if (decoded.images.size() > 1)
+        pair.depth = StoredDepth{path, decoded.images[1], pair.stated.encoding,
+                                 renderedDepth(decoded.facts.at("centimetres"))};
     if (srgb.value_or(false)) pair.color = toLinearRgba(pair.color, true);
     return pair;
 }

@@ -64,7 +64,7 @@ TEST_F(ApplyErrors, aFullDiskLeavesNothing) {
     // Files of at most 2 MiB (4096 blocks): writing five fails as it does on a full disk.
     auto ran = test::run(
         folder_,
-        "(trap '' XFSZ; ulimit -f 4096; BRUME apply depth_fog street.exr -o o.png --keep depth.npy)");
+        "(trap '' XFSZ; ulimit -S -f 4096; BRUME apply depth_fog street.exr -o o.png --keep depth.npy)");
     EXPECT_EQ(ran.status, 3);
     EXPECT_THAT(ran.err, testing::StartsWith("brume: "));
     EXPECT_THAT(ran.err, HasSubstr("o.depth.npy"));
