@@ -31,7 +31,7 @@ Pass readPass(const json& object, const Where& where) {
     pass.repeat = expressionOf(object, "REPEAT", where);
     if (auto compute = object.find("COMPUTE"); compute != object.end()) {
         where.in("COMPUTE").checkKeys(*compute, {"LOCAL_SIZE", "OVER"});
-        pass.compute.emplace();
+        pass.compute = Pass::Compute();
         if (auto size = compute->find("LOCAL_SIZE"); size != compute->end()) {
             if (!size->is_array() || size->empty() || size->size() > 3)
                 where.fail("LOCAL_SIZE must be an array of 1 to 3 numbers");

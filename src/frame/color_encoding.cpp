@@ -97,7 +97,7 @@ BRUME_VECTOR_CLONES void ditherRow(const float* in, uchar* out, int n, uint32_t 
 // What each integer stands for; alpha never goes through the curve.
 template <class T>
 const float* integerTable(bool srgb) {
-    constexpr int count = std::numeric_limits<T>::max() + 1;
+    static constexpr int count = std::numeric_limits<T>::max() + 1;
     static const std::vector<float> tables = [] {
         std::vector<float> both(2 * count);
         for (int i = 0; i < count; ++i) {

@@ -100,8 +100,8 @@ Desktop::Desktop() : folder_(testing::TempDir() + "brume-desktop-" + std::to_str
     // The server chooses a number that is free, and says it on the descriptor.
     server_ = std::make_unique<Child>(
         std::vector<std::string>{"sh", "-c",
-                                 "exec Xvfb -displayfd 3 -screen 0 " + screen + " -nolisten tcp -noreset -fbdir '" +
-                                     folder_ + "' 3>'" + number + "'"},
+                                 "exec Xvfb -displayfd 3 -screen 0 " + screen +
+                                     " -nolisten tcp -noreset -fbdir '" + folder_ + "' 3>'" + number + "'"},
         std::map<std::string, std::string>{}, folder_, folder_ + "/log");
     until([&] { return bytesOf(number).find('\n') != std::string::npos || !server_->isRunning(); });
     display_ = ":" + bytesOf(number);
@@ -114,7 +114,8 @@ cv::Mat Desktop::pixels() const {
     const size_t header = bigEndian(bytes, 0), columns = bigEndian(bytes, 4), rows = bigEndian(bytes, 5);
     const size_t perLine = bigEndian(bytes, 12), colors = bigEndian(bytes, 19);
     const size_t start = header + colors * 12;
-    if (bigEndian(bytes, 11) != 32 || bytes.size() < start + perLine * rows) throw std::runtime_error("no screen");
+    if (bigEndian(bytes, 11) != 32 || bytes.size() < start + perLine * rows)
+        throw std::runtime_error("no screen");
     cv::Mat picture(cv::Size(int(columns), int(rows)), CV_8UC3);
     for (size_t j = 0; j < rows; j++)
         for (size_t i = 0; i < columns; i++) {
@@ -171,7 +172,8 @@ bool PreviewWindow::waitFor(const std::string& what, const std::function<bool(co
         return (!last.empty() && condition(last)) || isGone;
     });
     last.erase("items");
-    EXPECT_TRUE(holds && !isGone) << what << (isGone ? ": the window has ended" : ": did not come") << "\n" << last.dump(1);
+    EXPECT_TRUE(holds && !isGone) << what << (isGone ? ": the window has ended" : ": did not come") << "\n"
+                                  << last.dump(1);
     return holds && !isGone;
 }
 
@@ -205,7 +207,8 @@ cv::Point2d PreviewWindow::middleOf(const std::string& item) {
     waitFor("the widget " + item, [&](const json& s) {
         if (!s["items"].contains(item)) return false;
         const auto& area = s["items"][item];
-        middle = {area[0].get<double>() + area[2].get<double>() / 2, area[1].get<double>() + area[3].get<double>() / 2};
+        middle = {area[0].get<double>() + area[2].get<double>() / 2,
+                  area[1].get<double>() + area[3].get<double>() / 2};
         return true;
     });
     return middle;

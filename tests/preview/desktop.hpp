@@ -1,5 +1,5 @@
-// A desktop of its own (Xvfb) with the real program in it, worked by real key presses and mouse moves (xdotool)
-// and looked at through the screen's own pixels.
+// A desktop of its own (Xvfb) with the real program in it, worked by real key presses and mouse moves
+// (xdotool) and looked at through the screen's own pixels.
 #pragma once
 
 #include <sys/types.h>

@@ -14,7 +14,8 @@ double visibilityOf(const json& state) { return state["preset"]["effects"][0].va
 
 TEST_F(PreviewWindow, ASliderChangesThePictureAndWhatIsSavedAppliesToTheSamePixels) {
     addFrame("frame.exr", {240, 150});
-    addText("fog.json", R"({"effects": [{"effect": "depth_fog", "measure": "optical range", "visibility": 30}]})");
+    addText("fog.json",
+            R"({"effects": [{"effect": "depth_fog", "measure": "optical range", "visibility": 30}]})");
     addText("untouched.json", R"({"effects": []})");
     start("frame.exr fog.json");
     key("1");

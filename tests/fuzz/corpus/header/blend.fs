@@ -1,0 +1,47 @@
+/*{
+  "DESCRIPTION": "Combines the picture with a second image: mix, add, screen or multiply.",
+  "CATEGORIES": ["Utility"],
+  "ISFVSN": "2",
+  "SPACE": "linear",
+  "POINTWISE": true,
+  "INPUTS": [
+    {"NAME": "inputImage", "TYPE": "image"},
+    {"NAME": "second", "TYPE": "image", "DEFAULT": "captured", "LABEL": "Second image",
+     "HINT": "the name of an earlier step's output; \"captured\" is the frame as it came"},
+    {"NAME": "mode", "TYPE": "long", "VALUES": [0, 1, 2, 3], "LABELS": ["mix", "add", "screen", "multiply"],
+     "DEFAULT": 0, "LABEL": "Mode", "HINT": "screen is 1 - (1 - a)(1 - b), and the larger of two values where one exceeds 1"},
+    {"NAME": "strength", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 16, "UI_MAX": 1, "LABEL": "Strength",
+     "HINT": "0 leaves the picture as it is; above 1 only for add"}
+  ],
+  "TOLERANCE": {"ABS": 1e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.05},
+  "BREAKS": ["screen would darken values above 1: the larger of the two is taken there"]
+}*/
+
+#include "kit/image.glsl"
+
+vec3 screenOf(vec3 a, vec3 b) {
+    // 1 - (1 - a)(1 - b) would darken whatever exceeds 1.
+    bvec3 bright = greaterThan(max(a, b), vec3(1.0));
+    return mix(1.0 - (1.0 - a) * (1.0 - b), max(a, b), bright);
+}
+
+void main() {
+    ivec2 p = pixel();
+    vec4 a = fetch(inputImage, p);
+    vec3 b = fetch(second, p).rgb;
+    if (strength <= 0.0) {
+        store(a);
+        return;
+    }
+    vec3 combined;
+    if (mode == mode_add) {
+        combined = a.rgb + b * strength;
+    } else {
+        if (mode == mode_mix) combined = b;
+        else if (mode == mode_screen) combined = screenOf(a.rgb, b);
+        else combined = a.rgb * b;
+        // At full strength nothing of the first image is left, not even infinity.
+        if (strength < 1.0) combined = a.rgb * (1.0 - strength) + combined * strength;
+    }
+    store(vec4(combined, a.a));
+}

@@ -1,0 +1,129 @@
+/*{
+    "ISFVSN": "2",
+    "DESCRIPTION": "Heterogeneous fog: density, and colour, driven by coherent noise",
+    "CREDIT": "Gawron and Boryczka 2018 (P1 3.3: power, noise-driven colour), post-process layered fog (P3 3.2.3: product), ocean fog (P5: ocean, baked and smoothed noise)",
+    "CATEGORIES": ["Fog"],
+    "SPACE": "linear",
+    "POINTWISE": true,
+    "WRITES": ["transmittance"],
+    "INPUTS": [
+        {"NAME": "inputImage", "TYPE": "image"},
+        {"NAME": "color", "TYPE": "color", "LABEL": "fog colour", "DEFAULT": [0.6, 0.65, 0.7, 1], "MIN": 0, "MAX": 65504, "UI_MAX": 2, "HINT": "airlight where the noise is 0, linear"},
+        {"NAME": "color_high", "TYPE": "color", "LABEL": "fog colour, dense", "DEFAULT": [0.7, 0.73, 0.76, 1], "MIN": 0, "MAX": 65504, "UI_MAX": 2, "HINT": "airlight where the noise is 1; not for the product"},
+        {"NAME": "model", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["exponential", "power"], "DEFAULT": "exponential", "HINT": "exponential is physical; power is Gawron's"},
+        {"NAME": "where", "TYPE": "long", "LABEL": "noise taken", "VALUES": [0, 1, 2], "LABELS": ["at the surface", "along the ray", "as a product"], "DEFAULT": "at the surface",
+         "HINT": "at the surface sticks to geometry (P1, P5); along the ray is the line integral; the product (P3) multiplies each axis' mean"},
+        {"NAME": "mode", "TYPE": "long", "LABEL": "noise drives density", "VALUES": [0, 1, 2, 3], "LABELS": ["modulate", "ocean", "additive", "subtractive"], "DEFAULT": "modulate", "GROUP": "density",
+         "HINT": "mix(low, high, n); n times half the square of the height below the eye (P5); 1 + strength n; 1 - strength n"},
+        {"NAME": "low", "TYPE": "float", "DEFAULT": 0.3, "MIN": 0, "MAX": 100, "UI_MAX": 2, "GROUP": "density", "HINT": "modulate: relative density where the noise is 0"},
+        {"NAME": "high", "TYPE": "float", "DEFAULT": 1.7, "MIN": 0, "MAX": 100, "UI_MAX": 2, "GROUP": "density", "HINT": "modulate: relative density where the noise is 1"},
+        {"NAME": "strength", "TYPE": "float", "DEFAULT": 0.8, "MIN": 0, "MAX": 100, "UI_MAX": 2, "GROUP": "density", "HINT": "additive and subtractive"},
+        {"NAME": "start", "TYPE": "float", "UNIT": "m", "DEFAULT": 0, "MIN": 0, "MAX": 1e6, "UI_MAX": 200, "GROUP": "density", "HINT": "nearer than this there is no fog"},
+        {"NAME": "density", "TYPE": "float", "UNIT": "1/m", "DEFAULT": 0.03, "MIN": 0, "MAX": 1000, "UI_MAX": 0.5, "GROUP": "density", "HINT": "exponential: extinction at a relative density of 1"},
+        {"NAME": "power_distance", "TYPE": "float", "UNIT": "m", "DEFAULT": 100, "MIN": 0.001, "MAX": 1e7, "UI_MAX": 1000, "GROUP": "density", "HINT": "power: opacity is the relative density this far behind the start"},
+        {"NAME": "power_exponent", "TYPE": "float", "DEFAULT": 0.55, "MIN": 0.05, "MAX": 16, "UI_MAX": 4, "GROUP": "density", "HINT": "power"},
+        {"NAME": "max_opacity", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 1, "GROUP": "density"},
+
+        {"NAME": "noise", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["Perlin", "simplex"], "DEFAULT": "Perlin", "GROUP": "noise"},
+        {"NAME": "size", "TYPE": "float", "UNIT": "m", "DEFAULT": 10, "MIN": 0.05, "MAX": 1e5, "UI_MIN": 1, "UI_MAX": 200, "GROUP": "noise", "HINT": "of a cell of the first octave"},
+        {"NAME": "octaves", "TYPE": "long", "DEFAULT": 3, "MIN": 1, "MAX": 5, "AUTO": true, "GROUP": "noise", "HINT": "auto drops those whose cells are under two pixels even on the nearest surface"},
+        {"NAME": "wind", "TYPE": "point3D", "UNIT": "m/s", "DEFAULT": [0, 0, 0], "MIN": -1000, "MAX": 1000, "UI_MIN": -20, "UI_MAX": 20, "GROUP": "noise", "HINT": "the noise drifts with it"},
+        {"NAME": "seed", "TYPE": "long", "DEFAULT": 0, "MIN": 0, "MAX": 65535, "GROUP": "noise"},
+        {"NAME": "tile", "TYPE": "long", "UNIT": "cells", "VALUES": [4, 8, 16, 32, 64], "LABELS": ["4", "8", "16", "32", "64"], "DEFAULT": "16", "GROUP": "noise", "HINT": "the noise repeats after as many"},
+        {"NAME": "extent", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["3-D", "ground"], "DEFAULT": "3-D", "GROUP": "noise", "HINT": "ground: the same at every height (P1); not for the product"},
+        {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["procedural", "baked"], "AUTO": true, "DEFAULT": "auto", "GROUP": "method"},
+        {"NAME": "resolution", "TYPE": "long", "UNIT": "texels", "VALUES": [32, 64, 128], "LABELS": ["32", "64", "128"], "DEFAULT": "128", "GROUP": "method", "HINT": "baked: edge of the volume that holds one tile"},
+        {"NAME": "smoothing", "TYPE": "long", "DEFAULT": 0, "MIN": 0, "MAX": 2, "GROUP": "method", "HINT": "baked, at the surface: blur by row 0, 2 or 4 of Pascal's triangle along each axis (P5)"},
+        {"NAME": "steps", "TYPE": "long", "DEFAULT": 32, "MIN": 1, "MAX": 64, "GROUP": "method", "HINT": "along the ray"},
+        {"NAME": "range", "TYPE": "float", "UNIT": "m", "DEFAULT": 150, "MIN": 0, "MAX": 1e4, "UI_MAX": 500, "GROUP": "method", "HINT": "along the ray: farther the noise counts as its mean"},
+
+        {"NAME": "x_profile", "TYPE": "long", "LABEL": "x profile", "VALUES": [0, 1, 2, 3, 4], "LABELS": ["constant", "exponential", "ramp", "table", "noise"],
+         "DEFAULT": "noise", "GROUP": "product"},
+        {"NAME": "x_density", "TYPE": "float", "LABEL": "x density", "DEFAULT": 1, "MIN": 0, "MAX": 100, "UI_MAX": 4, "GROUP": "product", "HINT": "multiplies the x profile"},
+        {"NAME": "x_origin", "TYPE": "float", "LABEL": "x origin", "UNIT": "m", "DEFAULT": 0, "MIN": -2e7, "MAX": 2e7, "UI_MIN": -100, "UI_MAX": 100, "GROUP": "product",
+         "HINT": "where an exponential profile is 1"},
+        {"NAME": "x_falloff", "TYPE": "float", "LABEL": "x falloff", "UNIT": "1/m", "DEFAULT": 0.1, "MIN": -100, "MAX": 100, "UI_MIN": -1, "UI_MAX": 1, "GROUP": "product",
+         "HINT": "an exponential profile falls to 1/e over 1/falloff metres; negative: rises"},
+        {"NAME": "y_profile", "TYPE": "long", "LABEL": "y profile", "VALUES": [0, 1, 2, 3, 4], "LABELS": ["constant", "exponential", "ramp", "table", "noise"],
+         "DEFAULT": "exponential", "GROUP": "product"},
+        {"NAME": "y_density", "TYPE": "float", "LABEL": "y density", "DEFAULT": 1, "MIN": 0, "MAX": 100, "UI_MAX": 4, "GROUP": "product", "HINT": "multiplies the y profile"},
+        {"NAME": "y_origin", "TYPE": "float", "LABEL": "y origin", "UNIT": "m", "DEFAULT": 0, "MIN": -2e7, "MAX": 2e7, "UI_MIN": -100, "UI_MAX": 100, "GROUP": "product",
+         "HINT": "where an exponential profile is 1"},
+        {"NAME": "y_falloff", "TYPE": "float", "LABEL": "y falloff", "UNIT": "1/m", "DEFAULT": 0.1, "MIN": -100, "MAX": 100, "UI_MIN": -1, "UI_MAX": 1, "GROUP": "product",
+         "HINT": "an exponential profile falls to 1/e over 1/falloff metres; negative: rises"},
+        {"NAME": "z_profile", "TYPE": "long", "LABEL": "z profile", "VALUES": [0, 1, 2, 3, 4], "LABELS": ["constant", "exponential", "ramp", "table", "noise"],
+         "DEFAULT": "noise", "GROUP": "product"},
+        {"NAME": "z_density", "TYPE": "float", "LABEL": "z density", "DEFAULT": 1, "MIN": 0, "MAX": 100, "UI_MAX": 4, "GROUP": "product", "HINT": "multiplies the z profile"},
+        {"NAME": "z_origin", "TYPE": "float", "LABEL": "z origin", "UNIT": "m", "DEFAULT": 0, "MIN": -2e7, "MAX": 2e7, "UI_MIN": -100, "UI_MAX": 100, "GROUP": "product",
+         "HINT": "where an exponential profile is 1"},
+        {"NAME": "z_falloff", "TYPE": "float", "LABEL": "z falloff", "UNIT": "1/m", "DEFAULT": 0.1, "MIN": -100, "MAX": 100, "UI_MIN": -1, "UI_MAX": 1, "GROUP": "product",
+         "HINT": "an exponential profile falls to 1/e over 1/falloff metres; negative: rises"},
+        {"NAME": "points", "TYPE": "list", "MAX": 48, "GROUP": "product", "HINT": "of ramp (linear between, constant beyond) and table profiles (the same, at equal steps from the first to the last position)",
+         "FIELDS": [{"NAME": "axis", "TYPE": "long", "DEFAULT": 1, "MIN": 0, "MAX": 2, "HINT": "0 x, 1 y, 2 z"},
+                    {"NAME": "position", "TYPE": "float", "UNIT": "m", "DEFAULT": 0, "MIN": -2e7, "MAX": 2e7, "UI_MIN": -50, "UI_MAX": 50},
+                    {"NAME": "density", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 100, "UI_MAX": 2}],
+         "DEFAULT": [{"axis": 0, "position": -40, "density": 0.2}, {"axis": 0, "position": 0, "density": 1}, {"axis": 0, "position": 40, "density": 0.4},
+                     {"axis": 1, "position": 0, "density": 1}, {"axis": 1, "position": 8, "density": 0},
+                     {"axis": 2, "position": -60, "density": 1}, {"axis": 2, "position": -20, "density": 0.3}, {"axis": 2, "position": 0, "density": 1}]},
+
+        {"NAME": "sun_direction", "TYPE": "point3D", "LABEL": "towards the sun", "DEFAULT": [0.3, 0.35, -0.9], "MIN": -1, "MAX": 1, "GROUP": "sun", "SIDECAR": "lights/directional/direction", "HINT": "world, +y up; any length; zero: no sun"},
+        {"NAME": "sun_color", "TYPE": "color", "DEFAULT": [0, 0, 0, 1], "MIN": 0, "MAX": 65504, "UI_MAX": 4, "GROUP": "sun", "HINT": "added to the airlight towards the sun"},
+        {"NAME": "sun_exponent", "TYPE": "float", "DEFAULT": 4, "MIN": 0.05, "MAX": 256, "UI_MAX": 64, "GROUP": "sun"},
+        {"NAME": "sun_offset", "TYPE": "float", "UNIT": "m", "DEFAULT": 0, "MIN": 0, "MAX": 1e4, "UI_MAX": 50, "GROUP": "sun", "HINT": "Gawron's scalar added to the view vector; 0 is physical"}
+    ],
+    "DERIVED": [
+        {"NAME": "noise_cell", "TYPE": "vec3", "DESCRIPTION": "whole cell of the eye in the noise, wrapped to the tile", "FROM": ["camera", "time", "wind", "size", "tile", "where", "extent"]},
+        {"NAME": "noise_fraction", "TYPE": "vec3", "DESCRIPTION": "the eye's place in that cell, 0..1", "FROM": ["camera", "time", "wind", "size", "tile", "where", "extent"]},
+        {"NAME": "inverse_size", "TYPE": "float", "FROM": ["size"]},
+        {"NAME": "inverse_distance", "TYPE": "float", "FROM": ["power_distance"]},
+        {"NAME": "to_sun", "TYPE": "vec3", "DESCRIPTION": "unit, or zero", "FROM": ["sun_direction"]},
+        {"NAME": "baked_edge", "TYPE": "int", "FROM": ["method", "where", "resolution", "tile"]},
+        {"NAME": "baked", "TYPE": "volume", "SIZE": ["$baked_edge", "$baked_edge", "$baked_edge"], "FROM": ["method", "where", "noise", "octaves", "seed", "tile", "resolution", "smoothing"]},
+        {"NAME": "axis_log", "TYPE": "vec3", "DESCRIPTION": "ln of each axis' exponential at the eye", "FROM": ["camera", "x_profile", "x_origin", "x_falloff", "y_profile", "y_origin", "y_falloff", "z_profile", "z_origin", "z_falloff"]},
+        {"NAME": "axis_points", "TYPE": "vec4 array", "SIZE": 48, "DESCRIPTION": "by axis, ascending: metres from the eye, density, density per metre to the next", "FROM": ["camera", "points", "x_profile", "x_origin", "x_falloff", "y_profile", "y_origin", "y_falloff", "z_profile", "z_origin", "z_falloff"]},
+        {"NAME": "axis_begin", "TYPE": "vec4", "DESCRIPTION": "first point of x, y, z, and how many points", "FROM": ["points"]}
+    ],
+    "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 2e-6},
+    "CHART": {
+        "REFERENCE": {"method": "procedural"},
+        "METHODS": [
+            {"NAME": "procedural", "SET": {"method": "procedural"}},
+            {"NAME": "baked", "SET": {"method": "baked"}, "KNOB": "resolution", "VALUES": [32, 64, 128]},
+            {"NAME": "march", "SET": {"where": "along the ray", "method": "procedural"}, "KNOB": "steps", "VALUES": [1, 2, 4, 8, 16, 32, 64]}
+        ]
+    },
+    "BREAKS": [
+        "at the surface: fog sticks to geometry and jumps at silhouettes; farther than 4096 cells, and at the sky, the noise counts as its mean.",
+        "as a product: not the line integral; against it the median error on random noise axes is 9 %, the worst seen 101 %.",
+        "baked: at 4 / 8 / 16 / 32 texels a cell of an octave that octave is off by 12 / 3.3 / .85 / .2 % of its deviation.",
+        "power with an exponent below 1 has an infinite slope where the fog starts.",
+        "along the ray: steps longer than a cell of the finest octave alias."
+    ]
+}*/
+
+
+// Heterogeneous fog: out = C·T + A·(1 - T).
+//   exponential  T = exp(-density·n̂·x)           x = max(0, L - start), L the distance along the ray in m
+//   power        1 - T = min(n̂·(x/distance)^exponent, max)                               (P1 eq 10)
+//   n̂, the relative density: from the noise n in 0..1 by mode, or (P3) the product of each axis' mean factor
+//   A = mix(color, color_high, n), plus the sun's lobe                                    (P1 eqs 5-8)
+// n is the noise at (p - wind·t)/size of the surface, or its mean along the ray; its coordinates begin at the eye's
+// cell, split from the whole in fp64.
+// Limits: L = 0 gives T = 1; sky has the noise's mean and x without end; T = 0 gives A whatever C.
+
+#include "kit/image.glsl"
+#include "kit/view.glsl"
+#include "common/fog.glsl"
+#include "common/profiles.glsl"
+#include "common/noise.glsl"
+#include "common/noise_line.glsl"
+#include "common/noise_volume.glsl"
+
+const float endless = 1e30;
+const float farCells = 4096.0;
+
+NoiseLattice eyeLattice() { return NoiseLattice(ivec3(noise_cell), uint(tile) - 1u, uint(seed)); }
+
+// 1. the noise at p, in cells from the eye's cell
+float noiseAt(vec3 p) {
+    if (method == method_b

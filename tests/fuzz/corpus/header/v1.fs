@@ -1,0 +1,1 @@
+/*{"PERSISTENT_BUFFERS":{"buf":{"WIDTH":"$WIDTH","FLOAT":true}},"PASSES":[{"TARGET":"buf"}],"INPUTS":[{"NAME":"long","TYPE":"color","DEFAULT":[1,0,0,1]}]}*/ layout(location=0) out vec4 c; in vec2 p; void main(){c=vec4(p,0,1);}

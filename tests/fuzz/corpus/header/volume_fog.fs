@@ -1,0 +1,137 @@
+/*{
+  "DESCRIPTION": "Fog in the whole scene or in boxes, marched along the view ray: falloffs, noise, sun with shadows, lamps.",
+  "CREDIT": "Lanman 2018 (density, lights, p2); Henyey and Greenstein 1941; Kulla and Fajardo 2012 (equiangular)",
+  "CATEGORIES": ["Fog"],
+  "ISFVSN": "2",
+  "SPACE": "linear",
+  "POINTWISE": true,
+  "WRITES": ["transmittance"],
+  "INPUTS": [
+    {"NAME": "inputImage", "TYPE": "image"},
+    {"NAME": "method", "TYPE": "long", "VALUES": [1, 0, 2, 3, 4, 5, 6],
+     "LABELS": ["midpoint", "left", "gauss_legendre", "jittered", "equiangular", "shared_noise", "p2"],
+     "DEFAULT": "auto", "AUTO": true, "LABEL": "Method", "GROUP": "March",
+     "HINT": "equiangular resolves the glow near lamps; jittered trades banding for noise; p2 is Lanman's own sum"},
+    {"NAME": "steps", "TYPE": "long", "DEFAULT": 32, "MIN": 1, "MAX": 512, "UI_MAX": 128, "AUTO": true, "LABEL": "Steps",
+     "GROUP": "March", "HINT": "samples along the fogged part of each ray"},
+    {"NAME": "early_stop", "TYPE": "bool", "DEFAULT": true, "LABEL": "Stop when saturated", "GROUP": "March",
+     "HINT": "where what is left cannot change half an 8-bit step"},
+    {"NAME": "max_distance", "TYPE": "float", "UNIT": "m", "DEFAULT": 1000, "MIN": 0.01, "MAX": 100000, "UI_MAX": 5000,
+     "LABEL": "Farthest fog", "GROUP": "March", "HINT": "along the ray; nothing is in the way beyond, and sky is that far"},
+    {"NAME": "density", "TYPE": "float", "UNIT": "1/m", "DEFAULT": 0.01, "MIN": 0, "MAX": 1000, "UI_MAX": 0.1,
+     "LABEL": "Extinction", "GROUP": "Whole scene", "HINT": "2.996 over the visibility in m; 0: fog in boxes only"},
+    {"NAME": "albedo", "TYPE": "color", "DEFAULT": [1, 1, 1], "MIN": 0, "MAX": 1, "LABEL": "Albedo",
+     "GROUP": "Whole scene", "HINT": "share of the light met that is scattered; the rest is absorbed"},
+    {"NAME": "height_falloff", "TYPE": "long", "VALUES": [0, 1, 2], "LABELS": ["none", "linear", "exponential"],
+     "DEFAULT": 0, "LABEL": "Height falloff", "GROUP": "Whole scene"},
+    {"NAME": "height_start", "TYPE": "float", "UNIT": "m", "DEFAULT": 2, "MIN": -10000, "MAX": 10000, "UI_MIN": -50,
+     "UI_MAX": 200, "LABEL": "Falloff from height", "GROUP": "Whole scene", "HINT": "world y"},
+    {"NAME": "height_distance", "TYPE": "float", "UNIT": "m", "DEFAULT": 20, "MIN": 0, "MAX": 10000, "UI_MAX": 300,
+     "LABEL": "Falloff over", "GROUP": "Whole scene",
+     "HINT": "linear is gone at its end; exponential has fallen to exp(-7.5) there"},
+    {"NAME": "boxes", "TYPE": "list", "MAX": 32, "LABEL": "Boxes", "FIELDS": [
+      {"NAME": "center", "TYPE": "point3D", "UNIT": "m", "DEFAULT": [0, 5, -20], "MIN": -100000, "MAX": 100000,
+       "UI_MIN": -100, "UI_MAX": 100},
+      {"NAME": "size", "TYPE": "point3D", "UNIT": "m", "DEFAULT": [20, 10, 20], "MIN": 0, "MAX": 100000, "UI_MAX": 200},
+      {"NAME": "density", "TYPE": "float", "UNIT": "1/m", "DEFAULT": 0.1, "MIN": 0, "MAX": 1000, "UI_MAX": 1},
+      {"NAME": "albedo", "TYPE": "color", "DEFAULT": [1, 1, 1], "MIN": 0, "MAX": 1},
+      {"NAME": "height_falloff", "TYPE": "long", "VALUES": [0, 1, 2], "LABELS": ["none", "linear", "exponential"],
+       "DEFAULT": 0},
+      {"NAME": "height_start", "TYPE": "float", "UNIT": "m", "DEFAULT": 0, "MIN": 0, "MAX": 100000, "UI_MAX": 100,
+       "HINT": "above the box's bottom"},
+      {"NAME": "height_distance", "TYPE": "float", "UNIT": "m", "DEFAULT": 10, "MIN": 0, "MAX": 100000, "UI_MAX": 100,
+       "HINT": "cut at the box's top"},
+      {"NAME": "edge_falloff", "TYPE": "long", "VALUES": [0, 1, 2], "LABELS": ["none", "linear", "exponential"],
+       "DEFAULT": 0},
+      {"NAME": "edge_start_x", "TYPE": "float", "UNIT": "%", "DEFAULT": 50, "MIN": 0, "MAX": 100,
+       "HINT": "of the way from centre to edge"},
+      {"NAME": "edge_start_z", "TYPE": "float", "UNIT": "%", "DEFAULT": 50, "MIN": 0, "MAX": 100}]},
+    {"NAME": "noise", "TYPE": "long", "VALUES": [0, 1, 2], "LABELS": ["none", "additive", "subtractive"], "DEFAULT": 0,
+     "LABEL": "Noise", "GROUP": "Noise", "HINT": "density times 1 + strength·n or 1 - strength·n, n of 0..1"},
+    {"NAME": "noise_strength", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 1, "LABEL": "Strength", "GROUP": "Noise"},
+    {"NAME": "noise_size", "TYPE": "float", "UNIT": "m", "DEFAULT": 20, "MIN": 0.1, "MAX": 10000, "UI_MAX": 200,
+     "LABEL": "Size", "GROUP": "Noise", "HINT": "of a lattice cell"},
+    {"NAME": "wind", "TYPE": "point3D", "UNIT": "m/s", "DEFAULT": [1, 0, 0], "MIN": -1000, "MAX": 1000, "UI_MIN": -20,
+     "UI_MAX": 20, "LABEL": "Wind", "GROUP": "Noise"},
+    {"NAME": "noise_seed", "TYPE": "long", "DEFAULT": 0, "MIN": 0, "MAX": 65535, "LABEL": "Seed", "GROUP": "Noise"},
+    {"NAME": "noise_every", "TYPE": "long", "DEFAULT": 1, "MIN": 1, "MAX": 16, "LABEL": "Look-up every", "UNIT": "steps",
+     "GROUP": "Noise", "HINT": "a cubic between; good while that many steps are under a third of a cell"},
+    {"NAME": "sun_direction", "TYPE": "point3D", "DEFAULT": [0.3, 0.35, -0.9], "MIN": -1, "MAX": 1,
+     "LABEL": "Towards the sun", "GROUP": "Sun", "SIDECAR": "lights/directional/direction", "HINT": "world, +y up; any length"},
+    {"NAME": "sun_color", "TYPE": "color", "DEFAULT": [2, 1.8, 1.5], "MIN": 0, "MAX": 65504, "UI_MAX": 8,
+     "LABEL": "Sun colour", "GROUP": "Sun", "SIDECAR": "lights/directional/color",
+     "HINT": "radiance of a white surface that faces it (irradiance/π)"},
+    {"NAME": "sun_intensity", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 100, "UI_MAX": 4, "LABEL": "Sun intensity",
+     "GROUP": "Sun"},
+    {"NAME": "shadow_map", "TYPE": "image", "RESAMPLE": false, "LABEL": "Shadow map", "GROUP": "Sun",
+     "SIDECAR": "lights/directional/shadow_map", "HINT": "the sun's depth image, with its matrix in the sidecar"},
+    {"NAME": "shadow_strength", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 1, "LABEL": "Shadow strength", "GROUP": "Sun"},
+    {"NAME": "shadow_bias", "TYPE": "float", "UNIT": "m", "DEFAULT": 0.1, "MIN": 0, "MAX": 100, "UI_MAX": 1,
+     "LABEL": "Shadow bias", "GROUP": "Sun"},
+    {"NAME": "ambient", "TYPE": "color", "DEFAULT": [0.25, 0.3, 0.35], "MIN": 0, "MAX": 65504, "UI_MAX": 2,
+     "LABEL": "Ambient", "GROUP": "Light", "SIDECAR": "ambient", "HINT": "radiance arriving evenly from all directions"},
+    {"NAME": "ambient_intensity", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 100, "UI_MAX": 4,
+     "LABEL": "Ambient intensity", "GROUP": "Light", "HINT": "p2: how far its colour replaces the sun's, 0..1"},
+    {"NAME": "point_lights", "TYPE": "list", "MAX": 32, "LABEL": "Lamps", "SIDECAR": "lights/point", "FIELDS": [
+      {"NAME": "position", "TYPE": "point3D", "UNIT": "m", "DEFAULT": [0, 4, -10], "MIN": -1000000, "MAX": 1000000,
+       "UI_MIN": -100, "UI_MAX": 100},
+      {"NAME": "color", "TYPE": "color", "DEFAULT": [10, 8, 5], "MIN": 0, "MAX": 65504, "UI_MAX": 100},
+      {"NAME": "intensity", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 1000, "UI_MAX": 10},
+      {"NAME": "range", "TYPE": "float", "UNIT": "m", "DEFAULT": 30, "MIN": 0, "MAX": 100000, "UI_MAX": 200},
+      {"NAME": "attenuation", "TYPE": "point3D", "DEFAULT": [1, 0, 1], "MIN": 0, "MAX": 1000, "UI_MAX": 2,
+       "HINT": "constant, linear, quadratic in m"}]},
+    {"NAME": "phase", "TYPE": "long", "VALUES": [0, 1, 2], "LABELS": ["isotropic", "henyey-greenstein", "rayleigh"],
+     "DEFAULT": 0, "LABEL": "Phase function", "GROUP": "Light"},
+    {"NAME": "anisotropy", "TYPE": "float", "DEFAULT": 0.5, "MIN": -0.95, "MAX": 0.95, "LABEL": "Anisotropy g",
+     "GROUP": "Light", "HINT": "henyey-greenstein: mean cosine of scattering"}
+  ],
+  "DERIVED": [
+    {"NAME": "volume_count", "TYPE": "int", "FROM": ["density", "boxes"]},
+    {"NAME": "volumes", "TYPE": "vec4 array", "SIZE": "max(6, $volume_count*6)",
+     "FROM": ["camera", "density", "albedo", "height_falloff", "height_start", "height_distance", "boxes"]},
+    {"NAME": "lamps", "TYPE": "vec4 array", "SIZE": "max(3, $point_lights_count*3)", "FROM": ["camera", "point_lights"]},
+    {"NAME": "towards_sun", "TYPE": "vec3", "FROM": ["sun_direction"]},
+    {"NAME": "shadow", "TYPE": "vec4 array", "SIZE": 3, "FROM": ["camera", "sidecar", "shadow_bias"]},
+    {"NAME": "noise_cell", "TYPE": "vec3", "FROM": ["camera", "time", "wind", "noise_size"]},
+    {"NAME": "noise_fraction", "TYPE": "vec3", "FROM": ["camera", "time", "wind", "noise_size"]}
+  ],
+  "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 1e-5,
+    "REASON": "against the reference: up to 512 steps are summed in fp32, which was off by 7e-6 at most; GLSL against CPU uses 4 % of its bounds"},
+  "BREAKS": [
+    "few steps against thin boxes, falloffs or shadows: banding (more steps, or jittered)",
+    "midpoint in steps longer than a lamp's distance to the ray loses its glow (equiangular does not)",
+    "p2 mixes lights instead of adding them, and darkens thin fog: it multiplies colour by opacity twice"
+  ]
+}*/
+
+// in-scattered radiance J and transmittance T of a view ray through absorbing and scattering fog, lit once:
+//   out = C·T + J,  T = exp(-τ),  τ = ∫ρ dt,  J = ∫ albedo·ρ·S·exp(-τ(t)) dt,
+//   S = ambient + π·p(θ)·sun·(1 - strength·shadow) + Σ π·p(θ)·colour·intensity/(c + l·r + q·r²) within each lamp's range
+// Light is not dimmed by fog on its way to the point (as in P2). Symbols, limits and sources: MODELS.md §3, P2 §4.
+#include "kit/image.glsl"
+#include "kit/view.glsl"
+#include "common/noise.glsl"
+#include "common/phase.glsl"
+
+const float unreachable = 3.0e38;
+
+struct Ray {
+    vec3 d;       // unit, world
+    vec3 inverse; // 1/d, finite
+    float far;    // m to the surface
+    float begin;  // m: where fog begins ...
+    float stride; // ... and a step of it
+};
+
+struct Step {
+    float t0, t1, at, u;  // m, m, m, 0..1
+};
+
+// e^-x for x ≥ 0: 0 from 87 on, as on the CPU
+float fadeOf(float x) { return x < 87.0 ? exp(-x) : 0.0; }
+
+// 1 - e^-x without cancellation: GLSL has no expm1
+float opacityOf(float x) {
+    float series = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0 *
+                   (1.0 - x / 7.0 * (1.0 - x / 8.0)))))));
+    re
