@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "effect/effect.hpp"
+#include "measure/stability.hpp"
 
 namespace brume::host {
 namespace {
@@ -124,6 +125,30 @@ std::string passLine(const Pass& pass) {
     return line;
 }
 
+// The header's sentences, and the map that tests/stability holds true: which method holds over which stress.
+void printBreaks(const Effect& effect) {
+    auto regimes = regimesOf(effect.header, effect.plugin && effect.plugin->hasPlan());
+    if (effect.header.breaks.empty() && regimes.empty()) return;
+    std::cout << "\nWhere it breaks\n";
+    for (const std::string& sentence : effect.header.breaks) printWrapped("- " + sentence, "  ");
+    for (const Regime& regime : regimes)
+        if (!regime.breaks.empty()) printWrapped("- " + regime.breaks, "  ");
+    if (regimes.empty()) return;
+    std::cout << "\nWhere each method holds: off by at most half an 8-bit step, as measured\n";
+    for (const Regime& regime : regimes) {
+        std::vector<std::string> everywhere;
+        std::cout << "  " << regime.name << "; " << rangeText(regime) << "\n";
+        for (const RegimeLine& line : regime.lines)
+            if (holdsEverywhere(regime, line))
+                everywhere.push_back(line.name);
+            else
+                printWrapped(line.name + ": " + holdsText(regime, line), "    ");
+        if (everywhere.empty()) continue;
+        bool isAll = everywhere.size() == regime.lines.size();
+        printWrapped(isAll ? "everything holds" : joined(everywhere, ", ") + ": everywhere", "    ");
+    }
+}
+
 void info(const std::string& name) {
     auto effect = EffectRegistry::standard().find(name);
     const EffectHeader& header = effect->header;
@@ -137,10 +162,7 @@ void info(const std::string& name) {
     if (header.pointwise)
         std::cout << "  pointwise: neighbours in a chain share one pass over memory on the CPU\n";
     if (header.writesTransmittance) std::cout << "  writes transmittance\n";
-    if (!header.breaks.empty()) {
-        std::cout << "\nWhere it breaks\n";
-        for (const std::string& sentence : header.breaks) printWrapped("- " + sentence, "  ");
-    }
+    printBreaks(*effect);
     const Tolerance& t = header.tolerance;
     std::cout << "\nChecked to: GLSL against CPU " << t.abs << " + " << t.rel
               << "·|value|, CPU against reference " << t.reference << " of the scale";

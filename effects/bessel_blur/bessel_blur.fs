@@ -70,6 +70,26 @@
     "bilinear rings below radius 1, where its poles tend to -1, and is off by .14 there; hold by .02",
     "decimated is fir below radius 6.6",
     "replicated edges keep constants but not the mean"
+  ],
+  "STABILITY": [
+    {"NAME": "radius", "STRESS": {"NAME": "radius", "UNIT": "px", "RANGE": [0.1, 1000]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": 640, "HEIGHT": 2}, "SET": {"radius": "$stress", "tolerance": 1e-5},
+     "HOLDS": {"hold": [5, 1000], "bilinear": [5, 1000]}},
+    {"NAME": "radius out of range", "STRESS": {"NAME": "radius", "UNIT": "px", "VALUES": [0], "REFUSED": [-1, 1001, "inf", "NaN"]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": 24, "HEIGHT": 8}, "SET": {"radius": "$stress"}},
+    {"NAME": "image size", "STRESS": {"NAME": "width and height", "UNIT": "px", "VALUES": [1, 2, 3, 5, 8, 13, 21, 34, 55]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": "$stress", "HEIGHT": "$stress"}, "SET": {"radius": 20, "tolerance": 1e-5}},
+    {"NAME": "columns", "STRESS": {"NAME": "height of an image one px wide", "UNIT": "px", "VALUES": [1, 2, 3, 5, 8, 20, 50, 200]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": 1, "HEIGHT": "$stress"}, "SET": {"radius": 20, "tolerance": 1e-5}},
+    {"NAME": "one bright pixel", "STRESS": {"NAME": "brightness", "RANGE": [1, 50000]},
+     "FRAME": {"SCENE": "lamp", "WIDTH": 201, "HEIGHT": 3, "PIXEL": "$stress"}, "SET": {"radius": 8, "tolerance": 1e-6},
+     "HOLDS": {"hold": [1, 5000], "bilinear": [1, 20]}},
+    {"NAME": "one bright pixel, default tolerance", "STRESS": {"NAME": "brightness", "RANGE": [1, 50000]},
+     "FRAME": {"SCENE": "lamp", "WIDTH": 201, "HEIGHT": 3, "PIXEL": "$stress"}, "SET": {"radius": 8}, "METHODS": ["fir", "recursive", "decimated"],
+     "HOLDS": {"fir": [1, 2000], "decimated": [1, 2000]}},
+    {"NAME": "a pixel that is no number", "STRESS": {"NAME": "value", "VALUES": ["-inf", "inf", "NaN"]},
+     "FRAME": {"SCENE": "lamp", "WIDTH": 201, "HEIGHT": 3, "PIXEL": "$stress"}, "SET": {"radius": 8, "tolerance": 1e-6},
+     "HOLDS": {"hold": ["NaN", "NaN"], "bilinear": ["NaN", "NaN"]}}
   ]
 }*/
 #include "kit/image.glsl"

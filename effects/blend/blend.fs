@@ -22,7 +22,13 @@
       {"NAME": "screen", "SET": {"mode": "screen"}}, {"NAME": "multiply", "SET": {"mode": "multiply"}}
     ]
   },
-  "BREAKS": ["screen would darken values above 1: the larger of the two is taken there"]
+  "BREAKS": ["screen would darken values above 1: the larger of the two is taken there"],
+  "STABILITY": [
+    {"NAME": "brightness", "STRESS": {"NAME": "brightest value of the picture", "VALUES": [1, 1e2, 65504, 1e10, 1e30, "inf", "NaN"]},
+     "FRAME": {"WIDTH": 13, "HEIGHT": 9, "PIXEL": "$stress"},
+     "METHODS": [{"NAME": "mix", "SET": {"mode": "mix", "strength": 0.3}}, {"NAME": "add", "SET": {"mode": "add", "strength": 3}},
+       {"NAME": "screen", "SET": {"mode": "screen"}}, {"NAME": "multiply", "SET": {"mode": "multiply"}}]}
+  ]
 }*/
 #include "kit/image.glsl"
 

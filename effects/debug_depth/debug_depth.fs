@@ -25,7 +25,13 @@
       {"NAME": "spectrum", "SET": {"palette": "spectrum"}},
       {"NAME": "grey", "SET": {"palette": "grey"}}
     ]
-  }
+  },
+  "STABILITY": [
+    {"NAME": "depth", "STRESS": {"NAME": "depth", "UNIT": "m", "VALUES": [0, 1e-30, 1e-3, 1, 1e3, 1e10, 1e30, "inf"]},
+     "FRAME": {"DEPTH": "$stress"}},
+    {"NAME": "narrow palette", "STRESS": {"NAME": "farthest over nearest, less 1", "VALUES": [0, 1e-6, 1e-4, 1e-2, 1, 100]},
+     "FRAME": {"SCENE": "depths", "WIDTH": 25}, "SET": {"nearest": 10, "farthest": "10 * (1 + $stress)"}}
+  ]
 }*/
 #include "kit/image.glsl"
 #include "kit/view.glsl"

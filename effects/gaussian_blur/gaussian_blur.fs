@@ -77,6 +77,28 @@
     "pascal only knows radii whose square is a multiple of 1/2: below .5 it is the identity",
     "decimated is fir below radius 3.5; it depends on where a point lies between small pixels by its error",
     "replicated edges keep constants but not the mean"
+  ],
+  "STABILITY": [
+    {"NAME": "radius", "STRESS": {"NAME": "radius", "UNIT": "px", "RANGE": [0.1, 1000]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": 640, "HEIGHT": 2}, "SET": {"radius": "$stress", "tolerance": 1e-5},
+     "HOLDS": {"box": [], "pascal": [[0.1, 0.2], [5, 1000]]}},
+    {"NAME": "radius out of range", "STRESS": {"NAME": "radius", "UNIT": "px", "VALUES": [0], "REFUSED": [-1, 1001, "inf", "NaN"]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": 24, "HEIGHT": 8}, "SET": {"radius": "$stress"}},
+    {"NAME": "image size", "STRESS": {"NAME": "width and height", "UNIT": "px", "VALUES": [1, 2, 3, 5, 8, 13, 21, 34, 55]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": "$stress", "HEIGHT": "$stress"}, "SET": {"radius": 20, "tolerance": 1e-5},
+     "HOLDS": {"box": [1, 2]}},
+    {"NAME": "columns", "STRESS": {"NAME": "height of an image one px wide", "UNIT": "px", "VALUES": [1, 2, 3, 5, 8, 20, 50, 200]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": 1, "HEIGHT": "$stress"}, "SET": {"radius": 20, "tolerance": 1e-5},
+     "HOLDS": {"box": [1, 2]}},
+    {"NAME": "one bright pixel", "STRESS": {"NAME": "brightness", "RANGE": [1, 50000]},
+     "FRAME": {"SCENE": "lamp", "WIDTH": 201, "HEIGHT": 3, "PIXEL": "$stress"}, "SET": {"radius": 8, "tolerance": 1e-6},
+     "HOLDS": {"box": [], "pascal": [1, 2000]}},
+    {"NAME": "one bright pixel, default tolerance", "STRESS": {"NAME": "brightness", "RANGE": [1, 50000]},
+     "FRAME": {"SCENE": "lamp", "WIDTH": 201, "HEIGHT": 3, "PIXEL": "$stress"}, "SET": {"radius": 8}, "METHODS": ["fir", "recursive", "decimated"],
+     "HOLDS": {"fir": [1, 50]}},
+    {"NAME": "a pixel that is no number", "STRESS": {"NAME": "value", "VALUES": ["-inf", "inf", "NaN"]},
+     "FRAME": {"SCENE": "lamp", "WIDTH": 201, "HEIGHT": 3, "PIXEL": "$stress"}, "SET": {"radius": 8, "tolerance": 1e-6},
+     "HOLDS": {"fir": [["-inf", "-inf"], ["NaN", "NaN"]], "recursive": ["NaN", "NaN"], "box": [["-inf", "-inf"], ["NaN", "NaN"]], "pascal": [["-inf", "-inf"], ["NaN", "NaN"]]}}
   ]
 }*/
 #include "kit/image.glsl"

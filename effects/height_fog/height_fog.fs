@@ -83,6 +83,29 @@
         "table linear: a staircase once the way changes height by less than a table step (8 % in density at falloff .1 and steps of 1.56 m).",
         "table linear, table Hermite: exponential and ramp profiles are held constant beyond table_bottom and table_top.",
         "march: needs about sqrt(L^3 |density''|/24 error) steps; on the way to the sky, which no march ends, it is the closed form."
+    ],
+    "STABILITY": [
+        {"NAME": "level ways", "STRESS": {"NAME": "change of height along the way", "UNIT": "m", "RANGE": [1e-9, 1000], "PER_DECADE": 1},
+         "FRAME": {"HEIGHT": 9, "RISE": "$stress", "DEPTH": 60}, "SET": {"density": 0.05, "falloff": 0.1, "table_bottom": -20, "table_top": 30, "table_size": 512},
+         "HOLDS": {"table linear": [1e-09, 10], "table Hermite": [1e-09, 10], "march": [1e-09, 100]}},
+        {"NAME": "level ways through a ramp", "STRESS": {"NAME": "change of height along the way", "UNIT": "m", "RANGE": [1e-9, 1000], "PER_DECADE": 1},
+         "FRAME": {"HEIGHT": 9, "RISE": "$stress", "DEPTH": 60}, "SET": {"profile": "ramp", "table_bottom": -20, "table_top": 30, "table_size": 512},
+         "HOLDS": {"march": [1e-09, 10]}},
+        {"NAME": "steep falloff", "STRESS": {"NAME": "falloff times change of height", "RANGE": [1e-3, 1000], "PER_DECADE": 2},
+         "FRAME": {"HEIGHT": 9, "RISE": 10, "DEPTH": 60}, "SET": {"falloff": "$stress / 10", "table_bottom": -10, "table_top": 20},
+         "HOLDS": {"table linear": [[0.001, 3], [100, 1000]], "table Hermite": [[0.001, 10], [100, 1000]]}},
+        {"NAME": "world offset", "STRESS": {"NAME": "distance from the world's origin", "UNIT": "m", "RANGE": [1, 1e7], "PER_DECADE": 1},
+         "FRAME": {"SCENE": "ground", "EYE": ["$stress", "$stress + 1.6", "-$stress"], "DEPTH": 40},
+         "SET": {"height": "$stress", "falloff": 0.3, "table_bottom": "$stress - 3", "table_top": "$stress + 60", "table_size": 1024, "steps": 256}},
+        {"NAME": "optical depth", "STRESS": {"NAME": "optical depth", "RANGE": [1e-9, 1000], "PER_DECADE": 1},
+         "FRAME": {"HEIGHT": 9, "RISE": 1e-3, "DEPTH": 100},
+         "SET": {"density": "$stress / 100", "height": 1.6, "color": ["min(65504, 1 / $stress)", "min(65504, 0.1 / $stress)", 0.5], "table_size": 1024}},
+        {"NAME": "march through a thin layer", "STRESS": {"NAME": "steps", "VALUES": [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024]},
+         "FRAME": {"HEIGHT": 9, "RISE": 12, "DEPTH": 60}, "SET": {"falloff": 1, "steps": "$stress"}, "METHODS": ["march"],
+         "HOLDS": {"march": [32, 1024]}},
+        {"NAME": "coarse tables", "STRESS": {"NAME": "nodes of the table", "VALUES": [2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096]},
+         "FRAME": {"HEIGHT": 9, "RISE": 1, "DEPTH": 60}, "SET": {"table_bottom": 0, "table_top": 50, "table_size": "$stress"}, "METHODS": ["table linear", "table Hermite"],
+         "HOLDS": {"table linear": [128, 4096], "table Hermite": [4, 4096]}}
     ]
 }*/
 

@@ -50,6 +50,20 @@
     "a hard threshold flickers as a light's edge moves over pixels: use a knee for sequences",
     "the two luminances disagree on a tenth of all colours",
     "a white wall in sunlight is a light to this effect"
+  ],
+  "STABILITY": [
+    {"NAME": "hard knee", "STRESS": {"NAME": "knee", "VALUES": [0, 1e-8, 1e-6, 1e-4, 1e-2, 0.1, 1, 100]},
+     "FRAME": {"SCENE": "depths"}, "SET": {"threshold": 0.5, "knee": "$stress"},
+     "METHODS": [{"NAME": "encoded", "SET": {"luminance": "encoded 601"}}, {"NAME": "linear", "SET": {"luminance": "linear 709"}}]},
+    {"NAME": "brightness", "STRESS": {"NAME": "brightness of a light", "VALUES": [1, 1e2, 65504, 1e10, 1e30, "inf", "NaN"]},
+     "FRAME": {"SCENE": "lamp", "WIDTH": 13, "HEIGHT": 9, "PIXEL": "$stress"}, "SET": {"limit": 1, "knee": 0.1},
+     "METHODS": [{"NAME": "encoded", "SET": {"luminance": "encoded 601"}}, {"NAME": "linear", "SET": {"luminance": "linear 709"}}]},
+    {"NAME": "attenuation", "STRESS": {"NAME": "optical depth before the light", "RANGE": [1e-9, 1000], "PER_DECADE": 1},
+     "FRAME": {"SCENE": "lamps", "WIDTH": 24}, "SET": {"attenuation": "$stress / 100", "threshold": 0.5},
+     "METHODS": [{"NAME": "encoded"}]},
+    {"NAME": "image size", "STRESS": {"NAME": "width and height", "UNIT": "px", "VALUES": [1, 2, 3, 5, 8, 13]},
+     "FRAME": {"SCENE": "lamps", "WIDTH": "$stress", "HEIGHT": "$stress"}, "SET": {"threshold": 0.3},
+     "METHODS": [{"NAME": "full"}]}
   ]
 }*/
 #include "kit/image.glsl"

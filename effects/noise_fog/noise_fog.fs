@@ -102,9 +102,44 @@
     "BREAKS": [
         "at the surface: fog sticks to geometry and jumps at silhouettes; farther than 4096 cells, and at the sky, the noise counts as its mean.",
         "as a product: not the line integral; against it the median error on random noise axes is 9 %, the worst seen 101 %.",
-        "baked: at 4 / 8 / 16 / 32 texels a cell of an octave that octave is off by 12 / 3.3 / .85 / .2 % of its deviation.",
-        "power with an exponent below 1 has an infinite slope where the fog starts.",
-        "along the ray: steps longer than a cell of the finest octave alias."
+        "baked: at 4 / 8 / 16 / 32 texels a cell of an octave that octave is off by 12 / 3.3 / .85 / .2 % of its deviation."
+    ],
+    "STABILITY": [
+        {"NAME": "far noise coordinates", "STRESS": {"NAME": "distance from the world's origin", "UNIT": "cells", "RANGE": [1, 1e7], "PER_DECADE": 1},
+         "FRAME": {"SCENE": "ground", "EYE": ["10 * $stress", "10 * $stress + 1.6", "-10 * $stress"], "DEPTH": 40, "WIDTH": 15, "HEIGHT": 11}, "SET": {"octaves": 3, "density": 0.05},
+         "AUTO": ["method"],
+         "HOLDS": {"baked": []}},
+        {"NAME": "far noise coordinates along the ray", "STRESS": {"NAME": "distance from the world's origin", "UNIT": "cells", "RANGE": [1, 1e7], "PER_DECADE": 1},
+         "FRAME": {"SCENE": "ground", "EYE": ["10 * $stress", "10 * $stress + 1.6", "-10 * $stress"], "DEPTH": 40, "WIDTH": 9, "HEIGHT": 7}, "SET": {"where": "along the ray", "octaves": 2, "steps": 64, "density": 0.05},
+         "AUTO": ["method"]},
+        {"NAME": "long after the start", "STRESS": {"NAME": "time in a wind of 3 m/s", "UNIT": "s", "RANGE": [1, 1e7], "PER_DECADE": 1},
+         "FRAME": {"SCENE": "ground", "TIME": "$stress", "DEPTH": 40, "WIDTH": 15, "HEIGHT": 11}, "SET": {"octaves": 3, "wind": [3, 0, 1], "density": 0.05},
+         "AUTO": ["method"],
+         "HOLDS": {"baked": []}},
+        {"NAME": "optical depth", "STRESS": {"NAME": "optical depth", "RANGE": [1e-9, 1000], "PER_DECADE": 1},
+         "SET": {"octaves": 1, "density": "$stress / 100", "color": ["min(65504, 1 / $stress)", "min(65504, 0.1 / $stress)", 0.5], "color_high": ["min(65504, 1 / $stress)", "min(65504, 0.1 / $stress)", 0.5]},
+         "AUTO": ["method"],
+         "HOLDS": {"baked": [[1e-09, 1e-06], [10, 1000]]}},
+        {"NAME": "just behind the start", "STRESS": {"NAME": "behind the start", "UNIT": "ulp", "RANGE": [1, 100000], "PER_DECADE": 1, "VALUES": [-100, -1, 0]},
+         "FRAME": {"SCENE": "dome", "DEPTH": "100 + $stress * 0.00000762939453125"}, "SET": {"model": "power", "start": 100, "power_distance": 10, "octaves": 1, "method": "procedural"},
+         "METHODS": [{"NAME": "power 1", "SET": {"power_exponent": 1}}, {"NAME": "power 0.55", "SET": {"power_exponent": 0.55}}, {"NAME": "power 0.05", "SET": {"power_exponent": 0.05}}],
+         "BREAKS": "power with an exponent below 1 has an infinite slope where the fog starts: there the last bits of the distance show",
+         "HOLDS": {"power 0.55": [[-100, -1], [10, 100000]], "power 0.05": [[-100, -1], [100, 100000]]}},
+        {"NAME": "power exponent", "STRESS": {"NAME": "falloff exponent", "VALUES": [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 16], "REFUSED": [-1, 0, 20]},
+         "FRAME": {"SCENE": "depths", "WIDTH": 25}, "SET": {"model": "power", "power_exponent": "$stress", "start": 1, "octaves": 1, "method": "procedural"},
+         "METHODS": [{"NAME": "power"}]},
+        {"NAME": "steps along the ray", "STRESS": {"NAME": "steps", "VALUES": [1, 2, 4, 8, 16, 32, 64]},
+         "FRAME": {"SCENE": "ground", "DEPTH": 40, "WIDTH": 9, "HEIGHT": 7}, "SET": {"where": "along the ray", "octaves": 2, "density": 0.05, "steps": "$stress"},
+         "METHODS": ["procedural"], "AUTO": [],
+         "BREAKS": "along the ray: steps longer than a cell of the finest octave alias",
+         "HOLDS": {"procedural": [8, 64]}},
+        {"NAME": "fine noise, few texels", "STRESS": {"NAME": "texels to a cell of the finest octave", "VALUES": [2, 4, 8, 16, 32]},
+         "FRAME": {"SCENE": "ground", "DEPTH": 40, "WIDTH": 15, "HEIGHT": 11}, "SET": {"octaves": 1, "density": 0.05, "resolution": "128", "tile": "128 / $stress"},
+         "AUTO": ["method"],
+         "HOLDS": {"baked": [16, 32]}},
+        {"NAME": "steep profiles of the product", "STRESS": {"NAME": "falloff", "UNIT": "1/m", "RANGE": [1e-4, 100], "PER_DECADE": 1},
+         "FRAME": {"SCENE": "ground", "DEPTH": 40, "WIDTH": 15, "HEIGHT": 11}, "SET": {"where": "as a product", "y_profile": "exponential", "y_falloff": "$stress", "x_profile": "constant", "z_profile": "constant", "method": "procedural"},
+         "METHODS": [{"NAME": "falling"}, {"NAME": "rising", "SET": {"y_falloff": "-$stress"}}]}
     ]
 }*/
 
