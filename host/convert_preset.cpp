@@ -44,7 +44,8 @@ class Section {
             if (after == end) break;
             at = after + 1;
         }
-        if (result.size() != otherwise.size() || std::count(value.text.begin(), value.text.end(), ',') + 1u != result.size())
+        if (result.size() != otherwise.size() ||
+            std::count(value.text.begin(), value.text.end(), ',') + 1u != result.size())
             failUsage(preset_.path, ":", value.line, ": ", key, "=", value.text, " is not ",
                       otherwise.size() == 1 ? "a number" : text(otherwise.size(), " numbers"));
         return result;
@@ -163,13 +164,15 @@ double farPlane(ReshadePreset& preset) {
     if (found == preset.definitions.end()) return 1000;
     const double far = std::strtod(found->second.c_str(), nullptr);
     preset.definitions.erase(found);
-    if (!(far > 1 && far <= 1e7)) failUsage(preset.path, ": RESHADE_DEPTH_LINEARIZATION_FAR_PLANE must be over 1");
+    if (!(far > 1 && far <= 1e7))
+        failUsage(preset.path, ": RESHADE_DEPTH_LINEARIZATION_FAR_PLANE must be over 1");
     return far;
 }
 
 std::string written(const ReshadePreset& preset, const Conversion& c) {
     const std::string name = std::filesystem::path(preset.path).stem().string();
-    std::string out = "// From the ReShade preset " + std::filesystem::path(preset.path).filename().string() + ".\n";
+    std::string out =
+        "// From the ReShade preset " + std::filesystem::path(preset.path).filename().string() + ".\n";
     for (const std::string& lost : c.lost) out += "// Not carried: " + lost + "\n";
     out += "{\n  \"name\": " + Json(name).dump() + ",\n  \"effects\": [\n";
     for (const Json& step : c.steps) {

@@ -74,8 +74,8 @@ ReshadePreset readReshadePreset(const std::string& path) {
     if (in.bad()) failIo(path, ": cannot be read");
     if (!preset.global.count("Techniques"))
         failUsage(path, ": is no ReShade preset: no line 'Techniques=' says which effects are on");
-    for (const auto& name : sorted(listOf(preset.global["Techniques"].text),
-                                   listOf(preset.global["TechniqueSorting"].text))) {
+    for (const auto& name :
+         sorted(listOf(preset.global["Techniques"].text), listOf(preset.global["TechniqueSorting"].text))) {
         const size_t at = name.find('@');
         preset.techniques.emplace_back(name.substr(0, at),
                                        at == std::string::npos ? "" : name.substr(at + 1));

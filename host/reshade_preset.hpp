@@ -16,15 +16,16 @@ struct IniValue {
 
 struct ReshadePreset {
     std::string path;
-    std::vector<std::pair<std::string, std::string>> techniques;  ///< name and file ("" if not said), as they run
-    std::map<std::string, IniValue> global;                       ///< above the first section
+    std::vector<std::pair<std::string, std::string>>
+        techniques;                          ///< name and file ("" if not said), as they run
+    std::map<std::string, IniValue> global;  ///< above the first section
     std::map<std::string, std::map<std::string, IniValue>> sections;  ///< by effect file
     std::map<std::string, std::string> definitions;                   ///< PreprocessorDefinitions
 };
 
-/// Comments (;, #, //) and blank lines are left out; of a key that stands twice the last counts. Techniques are
-/// those that are on, in the order of TechniqueSorting. Throws Error (Io) if it cannot be read, (Usage) if it
-/// names no technique.
+/// Comments (;, #, //) and blank lines are left out; of a key that stands twice the last counts. Techniques
+/// are those that are on, in the order of TechniqueSorting. Throws Error (Io) if it cannot be read, (Usage)
+/// if it names no technique.
 ReshadePreset readReshadePreset(const std::string& path);
 
 struct ConvertedPreset {

@@ -46,7 +46,8 @@ std::vector<double> numbersOf(const json& object, const char* key, const Paramet
         else if (item.is_boolean())
             numbers.push_back(item.get<bool>());
         else if (item.is_string() && !where.strict)
-            numbers.push_back(std::atof(item.get<std::string>().c_str()));
+            numbers.push_back(
+                isTrueWord(item.get<std::string>()) ? 1 : std::atof(item.get<std::string>().c_str()));
         else if (where.strict)
             where.fail(key, " must be ", count == 1 ? "a number" : "an array of numbers");
     };

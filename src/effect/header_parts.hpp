@@ -33,6 +33,8 @@ struct Where {
 
 /// Text, or empty where there is none; a foreign file's other values as JSON.
 std::string textOf(const nlohmann::json& object, const char* key, const Where& where);
+/// "1", "true" and "yes", in any capitals.
+bool isTrueWord(std::string word);
 bool flagOf(const nlohmann::json& object, const char* key);
 SizeExpression expressionOf(const nlohmann::json& object, const char* key, const Where& where);
 

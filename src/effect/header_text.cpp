@@ -76,15 +76,17 @@ std::string textOf(const json& object, const char* key, const Where& where) {
     where.fail(key, " must be text");
 }
 
+bool isTrueWord(std::string word) {
+    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+    return word == "1" || word == "true" || word == "yes";
+}
+
 bool flagOf(const json& object, const char* key) {
     auto found = object.find(key);
     if (found == object.end()) return false;
     if (found->is_boolean()) return found->get<bool>();
     if (found->is_number()) return found->get<double>() != 0;
-    if (!found->is_string()) return false;
-    std::string word = found->get<std::string>();
-    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-    return word == "1" || word == "true" || word == "yes";
+    return found->is_string() && isTrueWord(found->get<std::string>());
 }
 
 namespace {

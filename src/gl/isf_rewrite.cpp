@@ -1,5 +1,6 @@
 #include "gl/isf_rewrite.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <map>
 #include <vector>
@@ -21,6 +22,18 @@ const std::set<std::string> reserved = {
 
 // Interpolation words, which a shader of the older era may use as names.
 const std::set<std::string> interpolation = {"flat", "smooth", "noperspective"};
+
+// GLSL's own functions: an input called `mix` hides that one, where older compilers kept the two apart.
+const std::set<std::string> functions = {
+    "radians",    "degrees",     "sin",         "cos",     "tan",          "asin",      "acos",
+    "atan",       "sinh",        "cosh",        "tanh",    "asinh",        "acosh",     "atanh",
+    "pow",        "exp",         "log",         "exp2",    "log2",         "sqrt",      "inversesqrt",
+    "abs",        "sign",        "floor",       "trunc",   "round",        "ceil",      "fract",
+    "mod",        "modf",        "min",         "max",     "clamp",        "mix",       "step",
+    "smoothstep", "isnan",       "isinf",       "length",  "distance",     "dot",       "cross",
+    "normalize",  "faceforward", "reflect",     "refract", "outerProduct", "transpose", "determinant",
+    "inverse",    "lessThan",    "greaterThan", "equal",   "notEqual",     "any",       "all",
+    "not",        "dFdx",        "dFdy",        "fwidth"};
 
 const std::map<std::string, std::string> renamed = {
     {"vv_FragNormCoord", "isf_FragNormCoord"},
@@ -168,7 +181,7 @@ void readDeclaration(std::vector<Token>& tokens, size_t start, IsfStage stage,
     const auto& words = declaration.words;
     const size_t type = isPrecision(words[1]) ? 2 : 1;
     const bool isFragment = stage == IsfStage::Fragment;
-    if (words.size() == type + 2 && hostNames.count(words.back())) {
+    if (words.size() == type + 2 && hostNames.count(isfIdentifier(words.back()))) {
         blank(tokens, start, declaration.end);
     } else if (isFragment && word == "out") {
         blankLayout(tokens, start);
@@ -254,12 +267,15 @@ void initialiseLocals(std::vector<Token>& tokens) {
 
 }  // namespace
 
+bool isGlslIdentifier(const std::string& name) {
+    return !name.empty() && isNameStart(name[0]) && std::all_of(name.begin(), name.end(), isNamePart) &&
+           !reserved.count(name) && !interpolation.count(name);
+}
+
 std::string isfIdentifier(const std::string& name) {
     std::string identifier;
     for (char c : name) identifier += isNamePart(c) ? c : '_';
-    if (identifier.empty() || std::isdigit(static_cast<unsigned char>(identifier[0])) ||
-        reserved.count(identifier) || interpolation.count(identifier))
-        identifier = "isf_n_" + identifier;
+    if (!isGlslIdentifier(identifier) || functions.count(identifier)) identifier = "isf_n_" + identifier;
     return identifier;
 }
 
@@ -274,8 +290,13 @@ std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set
     }
     std::set<std::string> variables = hostNames;
     variables.insert("gl_FragCoord");
+    bool isDirective = false;  // there a name may stand for a function too
     for (size_t k = 0; k < tokens.size(); k++) {
-        if (tokens[k].text == "#") blankDirective(tokens, k);
+        if (tokens[k].text == "#") {
+            isDirective = true;
+            blankDirective(tokens, k);
+        }
+        if (tokens[k].text.find('\n') != std::string::npos) isDirective = false;
         if (tokens[k].kind != Token::Kind::Name) continue;
         std::string& name = tokens[k].text;
         uses.identifiers.insert(name);
@@ -293,7 +314,7 @@ std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set
             uses.definesMain = true;
         } else if (interpolation.count(name)) {
             if (following != "in" && following != "out" && following != "varying") name = isfIdentifier(name);
-        } else if (reserved.count(name)) {
+        } else if (reserved.count(name) || (functions.count(name) && following != "(" && !isDirective)) {
             name = isfIdentifier(name);
         } else if (auto found = renamed.find(name); found != renamed.end()) {
             name = found->second;

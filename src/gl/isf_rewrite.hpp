@@ -32,8 +32,11 @@ enum class IsfStage { Vertex, Fragment };
 std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set<std::string>& hostNames,
                        IsfUses& uses);
 
-/// The GLSL identifier that stands for an ISF input's name: reserved names get a prefix, characters that GLSL
-/// forbids become _.
+/// Neither reserved nor ill-formed, in any GLSL that brume compiles.
+bool isGlslIdentifier(const std::string& name);
+
+/// The GLSL identifier that stands for an ISF input's name: reserved names and those of GLSL's own functions
+/// get a prefix, characters that GLSL forbids become _.
 std::string isfIdentifier(const std::string& name);
 
 }  // namespace brume

@@ -15,7 +15,7 @@ namespace brume {
 namespace {
 
 void checkName(const EffectHeader& header, const std::string& name) {
-    if (isfIdentifier(name) != name)
+    if (!isGlslIdentifier(name))
         failUsage(header.path, ": '", name,
                   "' is reserved in GLSL or no identifier there; call it something else");
 }

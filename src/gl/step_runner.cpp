@@ -188,8 +188,11 @@ void StepRunner::runPass(Bound& bound, size_t index) {
     const bool isShown = isOutput || (index + 1 == bound.header.passes.size() && !pass.persistent);
     const GLenum format = bound.header.linear || pass.isFloat || isShown ? GL_RGBA32F : GL_RGBA8;
     // A target that is read before it was ever written is transparent black.
+    auto uses = [&](const std::string& name) {
+        return program.uses(bound.header.linear ? name : isfIdentifier(name));
+    };
     for (const Pass& other : bound.header.passes)
-        if (!other.target.empty() && !bound.samplers[other.target] && program.uses(other.target))
+        if (!other.target.empty() && !bound.samplers[other.target] && uses(other.target))
             bound.samplers[other.target] = constant(targetSize(bound, other), {0, 0, 0, 0});
 
     PendingQuery pending{bound.header.passes.size() == 1

@@ -10,7 +10,8 @@ namespace {
 
 TEST_F(Chart, writesTablePicturesAndAPageForEveryEffectNamed) {
     addFrame("street.exr");
-    auto ran = brume("chart depth_fog blend -o charts --frame street.exr --repetitions 3 --seconds .01 --pixels 200");
+    auto ran = brume(
+        "chart depth_fog blend -o charts --frame street.exr --repetitions 3 --seconds .01 --pixels 200");
     EXPECT_EQ(ran.status, 0) << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("charts/index.html"));
     for (std::string name : {"depth_fog", "blend"})
@@ -26,7 +27,8 @@ TEST_F(Chart, writesTablePicturesAndAPageForEveryEffectNamed) {
     EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));  // the error maps
 
     // A piece made later joins the page.
-    ran = brume("chart debug_depth -o charts --size 32x18 --backend cpu --repetitions 3 --seconds .01 --pixels 50");
+    ran = brume(
+        "chart debug_depth -o charts --size 32x18 --backend cpu --repetitions 3 --seconds .01 --pixels 50");
     EXPECT_EQ(ran.status, 0) << ran.err;
     EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("id=\"blend\""));
     EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("id=\"debug_depth\""));

@@ -13,30 +13,32 @@ using ConvertPreset = brume::test::Program;
 namespace brume {
 namespace {
 
-const char* foggy = "\xEF\xBB\xBF; made on a rainy day\r\n"
-                    "PreprocessorDefinitions=RESHADE_DEPTH_LINEARIZATION_FAR_PLANE=500.0,RESHADE_DEPTH_INPUT_IS_REVERSED=1\r\n"
-                    "Techniques=SMAA,Bessel_Bloom@Bessel_Bloom.fx,AdaptiveFog\r\n"
-                    "TechniqueSorting=AdaptiveFog,Vignette,Bessel_Bloom@Bessel_Bloom.fx,SMAA\r\n"
-                    "\r\n"
-                    "[AdaptiveFog.fx]\r\n"
-                    "BloomPower=10.000000\r\n"
-                    "// what the fog looks like\r\n"
-                    "FogColor=0.500000,0.600000,0.700000\r\n"
-                    "FogCurve=4.000000\r\n"
-                    "FogStart = 0.002000\r\n"
-                    "MaxFogFactor=0.900000\r\n"
-                    "\r\n"
-                    "[Bessel_Bloom.fx]\r\n"
-                    "# half the radius\r\n"
-                    "Debug=0\r\n"
-                    "Performance=1\r\n"
-                    "K=96.000000\r\n"
-                    "SoftKnee=0.250000\r\n"
-                    "Threshold=0.800000\r\n"
-                    "Intensity=1.500000\r\n"
-                    "[Vignette.fx]\r\n"
-                    "Amount=1.0,,0\r\n"
-                    "Center=0.5,0.5\r\n";
+const char* foggy =
+    "\xEF\xBB\xBF; made on a rainy day\r\n"
+    "PreprocessorDefinitions=RESHADE_DEPTH_LINEARIZATION_FAR_PLANE=500.0,RESHADE_DEPTH_INPUT_IS_REVERSED="
+    "1\r\n"
+    "Techniques=SMAA,Bessel_Bloom@Bessel_Bloom.fx,AdaptiveFog\r\n"
+    "TechniqueSorting=AdaptiveFog,Vignette,Bessel_Bloom@Bessel_Bloom.fx,SMAA\r\n"
+    "\r\n"
+    "[AdaptiveFog.fx]\r\n"
+    "BloomPower=10.000000\r\n"
+    "// what the fog looks like\r\n"
+    "FogColor=0.500000,0.600000,0.700000\r\n"
+    "FogCurve=4.000000\r\n"
+    "FogStart = 0.002000\r\n"
+    "MaxFogFactor=0.900000\r\n"
+    "\r\n"
+    "[Bessel_Bloom.fx]\r\n"
+    "# half the radius\r\n"
+    "Debug=0\r\n"
+    "Performance=1\r\n"
+    "K=96.000000\r\n"
+    "SoftKnee=0.250000\r\n"
+    "Threshold=0.800000\r\n"
+    "Intensity=1.500000\r\n"
+    "[Vignette.fx]\r\n"
+    "Amount=1.0,,0\r\n"
+    "Center=0.5,0.5\r\n";
 
 nlohmann::json presetOf(const std::string& text) { return nlohmann::json::parse(text, nullptr, true, true); }
 
@@ -58,10 +60,9 @@ TEST_F(ConvertPreset, StepsComeInTheirOrderAndWhatIsLostIsListed) {
     EXPECT_EQ(steps[1]["saturation"], 1);  // the effect's own default
     EXPECT_NEAR(steps[2]["radius"].get<double>(), std::sqrt(2. / 3) * 96 / 2 / 2, 1e-4);
     EXPECT_EQ(steps[3]["effect"], "blend");
-    for (const char* lost :
-         {"the technique SMAA", "[AdaptiveFog.fx] BloomPower=10.000000", "[Bessel_Bloom.fx] Debug=0",
-          "[Vignette.fx], of no technique that is on: 2 keys", "RESHADE_DEPTH_INPUT_IS_REVERSED=1",
-          "bloom of the picture"})
+    for (const char* lost : {"the technique SMAA", "[AdaptiveFog.fx] BloomPower=10.000000",
+                             "[Bessel_Bloom.fx] Debug=0", "[Vignette.fx], of no technique that is on: 2 keys",
+                             "RESHADE_DEPTH_INPUT_IS_REVERSED=1", "bloom of the picture"})
         EXPECT_THAT(ran.out, HasSubstr(std::string(lost))) << ran.out;
     EXPECT_THAT(test::bytesOf(path("foggy.json")), HasSubstr("// Not carried: [Bessel_Bloom.fx] Debug=0"));
     for (const char* carried : {"FogStart", "K=", "Performance", "FAR_PLANE", "rainy"})
@@ -107,8 +108,10 @@ TEST_F(ConvertPreset, MistakesAreNamed) {
     addText("other.ini", "Techniques=SMAA,FilmGrain\n");
     expectError("convert-preset other.ini", 2, "it knows AdaptiveFog, SpiritFog, Bessel_Bloom");
     for (const char* value : {"much", "1,2", "", "nan", "0.5x"}) {
-        addText("bad.ini", std::string("Techniques=AdaptiveFog\n[AdaptiveFog.fx]\n; none\nFogStart=") + value + "\n");
-        expectError("convert-preset bad.ini", 2, "bad.ini:4: FogStart=" + std::string(value) + " is not a number");
+        addText("bad.ini",
+                std::string("Techniques=AdaptiveFog\n[AdaptiveFog.fx]\n; none\nFogStart=") + value + "\n");
+        expectError("convert-preset bad.ini", 2,
+                    "bad.ini:4: FogStart=" + std::string(value) + " is not a number");
     }
     addText("bad.ini", "Techniques=AdaptiveFog\n[AdaptiveFog.fx]\nFogColor=1,2\n");
     expectError("convert-preset bad.ini", 2, "bad.ini:3: FogColor=1,2 is not 3 numbers");

@@ -75,7 +75,8 @@ TEST(Chart, MeasuresEveryVariantAndFindsThePlantedError) {
         EXPECT_EQ(row.label(), k == 1 ? "wrong, amount 0.01" : "wrong, amount 0.02");
         EXPECT_EQ(row.error.place, cv::Point(5, 7));
         const double amount = double(.01f) * k;
-        EXPECT_NEAR(row.error.worst, 255 * (srgbEncode(double(.3f) + amount) - srgbEncode(double(.3f))), 1e-3);
+        EXPECT_NEAR(row.error.worst, 255 * (srgbEncode(double(.3f) + amount) - srgbEncode(double(.3f))),
+                    1e-3);
         EXPECT_NEAR(row.error.rms, row.error.worst / std::sqrt(24. * 16), 1e-9);
         EXPECT_EQ(row.error.compared, 24u * 16);
         EXPECT_EQ(all[size_t(k)].errors[7 * 24 + 5], row.error.worst);
@@ -192,7 +193,8 @@ TEST(ChartPage, NumbersHaveThreeDigitsThatCount) {
 
 TEST(ChartPage, HoldsEveryChartOfAFolder) {
     const std::string folder =
-        (std::filesystem::temp_directory_path() / ("brume-chart-page-" + std::to_string(::getpid()))).string();
+        (std::filesystem::temp_directory_path() / ("brume-chart-page-" + std::to_string(::getpid())))
+            .string();
     std::filesystem::create_directories(folder);
     std::vector<ChartRow> rows = {row("a<b", "x", "cpu", 1, .1), row("a<b", "y", "gl", 2, 3)};
     markFrontiers(rows);
@@ -209,8 +211,8 @@ TEST(ChartPage, HoldsEveryChartOfAFolder) {
     std::ifstream in(folder + "/index.html");
     std::ostringstream html;
     html << in.rdbuf();
-    for (const char* part : {"id=\"made_up\"", "id=\"other\"", "a&lt;b", "data:image/svg+xml;base64,", "no reference",
-                             "none of those charted", "2.00"})
+    for (const char* part : {"id=\"made_up\"", "id=\"other\"", "a&lt;b", "data:image/svg+xml;base64,",
+                             "no reference", "none of those charted", "2.00"})
         EXPECT_NE(html.str().find(part), std::string::npos) << part;
     EXPECT_EQ(html.str().find("src=\"made_up"), std::string::npos) << "nothing outside is asked for";
     std::filesystem::remove_all(folder);
