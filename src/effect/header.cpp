@@ -224,7 +224,11 @@ EffectHeader readHeader(const std::string& path) {
 std::string EffectHeader::mainImage() const {
     const Parameter* main = findParameter(parameters, "inputImage");
     if (!main) main = findParameter(parameters, "startImage");  // a transition's first
-    return main && main->type == ParameterType::Image ? main->name : std::string();
+    if (main && main->type == ParameterType::Image) return main->name;
+    // A foreign file may call it anything.
+    for (const Parameter& parameter : parameters)
+        if (!linear && parameter.type == ParameterType::Image) return parameter.name;
+    return {};
 }
 
 std::map<std::string, double> expressionVariables(const EffectHeader& header, const ParameterValues& values) {

@@ -72,7 +72,8 @@ struct EffectHeader {
     std::string body;                                 ///< the GLSL after the comment
     int bodyLine = 1;                                 ///< the line of `path` on which the body begins
 
-    /// The image parameter that the chain's `input` is bound to: "inputImage", or empty for a generator.
+    /// The image parameter that the chain's `input` is bound to: "inputImage", in a foreign file else
+    /// "startImage" or its first; empty for a generator.
     std::string mainImage() const;
 };
 
