@@ -80,8 +80,12 @@ void addChart(CLI::App& program) {
         "picture, after sRGB encoding; times are medians, on GL of the passes alone.\n"
         "\nExamples:\n  brume chart -o charts\n  brume chart gaussian_blur -o charts --frame street.exr "
         "--backend cpu");
+    command->add_flag(
+        "--stability", a->stability,
+        "Instead: error against what strains a method, for each failure regime that effects declare");
     command->callback([a] {
         makeFolder(a->output);
+        if (a->stability) return chartStability(*a);
         chartEffects(*a);
     });
 }

@@ -17,6 +17,7 @@ struct ChartArguments {
     std::vector<std::string> backends;
     int repetitions = 15, pixels = 14400;
     double seconds = 1;
+    bool stability = false;
 };
 
 /// The effects asked for, all that load if none is named. Throws Error (Usage) with the nearest name.
@@ -26,6 +27,7 @@ std::vector<FramePair> framesOf(const ChartArguments& a);
 /// One runner for each of the backends asked for.
 std::vector<std::unique_ptr<Runner>> runnersOf(const ChartArguments& a);
 
+void chartStability(const ChartArguments& a);
 void chartEffects(const ChartArguments& a);
 
 }  // namespace brume::host

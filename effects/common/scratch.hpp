@@ -1,5 +1,5 @@
-// Memory for intermediate results, which a thread keeps for its next task: touching fresh pages costs more than
-// a short filter over them.
+// Memory for intermediate results, which a thread keeps for its next task: touching fresh pages costs more
+// than a short filter over them.
 #pragma once
 
 #include <algorithm>

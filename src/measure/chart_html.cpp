@@ -168,12 +168,31 @@ void writeSummary(std::ostream& out, const std::vector<std::vector<ChartRow>>& e
     out << "</table>\n";
 }
 
+bool isStability(const fs::path& file) { return file.filename().string().starts_with(stabilityStem("")); }
+
+void writeStability(std::ostream& out, const fs::path& folder) {
+    std::vector<fs::path> pictures;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (isStability(entry.path()) && entry.path().extension() == ".svg") pictures.push_back(entry.path());
+    std::sort(pictures.begin(), pictures.end());
+    if (pictures.empty()) return;
+    out << "<h2 id=\"stability\">Where methods fail</h2>\n<p>Each effect's failure regimes, as its header "
+           "declares them: the "
+           "error of every method while what strains it grows. Tests hold the declared ranges true; "
+           "<code>brume info "
+           "EFFECT</code> lists them.</p>\n";
+    for (const fs::path& path : pictures)
+        out << picture(path, path.stem().string()) << "<p><a download=\"" << escaped(path.stem().string())
+            << ".csv\" href=\"data:text/csv;base64,"
+            << base64(bytesOf(fs::path(path).replace_extension(".csv"))) << "\">as CSV</a></p>\n";
+}
+
 }  // namespace
 
 void writeChartPage(const std::string& folder) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder))
-        if (entry.path().extension() == ".csv") files.push_back(entry.path());
+        if (entry.path().extension() == ".csv" && !isStability(entry.path())) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     std::vector<std::vector<ChartRow>> effects;
     std::map<std::string, std::string> devices;
@@ -202,6 +221,7 @@ void writeChartPage(const std::string& folder) {
     out << "</nav>\n";
     writeSummary(out, effects);
     for (const auto& rows : effects) writeEffect(out, folder, rows);
+    writeStability(out, folder);
     out << "</body></html>\n";
     const fs::path path = fs::path(folder) / "index.html";
     std::ofstream file(path, std::ios::binary);

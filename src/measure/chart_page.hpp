@@ -29,6 +29,9 @@ std::vector<std::string> casesOf(const std::vector<ChartRow>& rows);
 /// "2.3 ms", "0.0123", with three digits that count.
 std::string shortNumber(double value);
 
+/// What files of an effect's stability are called, without extension.
+inline std::string stabilityStem(const std::string& effect) { return "stability." + effect; }
+
 /// Writes DIR/index.html from all EFFECT.csv in it with their EFFECT.svg and maps: one file that needs no
 /// other. Pieces of a long measurement may so be made one after the other. Throws Error (Io).
 void writeChartPage(const std::string& folder);

@@ -101,6 +101,12 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
         << ':' << number(x.second) << "]\n"
         << "set yrange [" << number(y.first) << ':' << number(y.second) << "]\n"
         << "unset label\nunset arrow\n";
+    if (!panel.xTicks.empty()) {
+        std::string ticks;
+        for (const auto& [at, word] : panel.xTicks)
+            ticks += (ticks.empty() ? "" : ", ") + quoted(word) + " " + number(at);
+        out << "set xtics (" << ticks << ")\n";
+    }
     for (const PlotMark& m : panel.marks) {
         const auto [least, most] = m.isVertical ? x : y;
         if (m.at < least || m.at > most) continue;
@@ -151,6 +157,7 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
         }
     // A plot of nothing still draws the axes.
     out << "plot " << (plots.tellp() > 0 ? plots.str() : std::string("NaN notitle")) << "\n";
+    if (!panel.xTicks.empty()) out << "set xtics autofreq\n";
 }
 
 // Of a page, in px.

@@ -38,6 +38,8 @@ struct PlotPanel {
     bool logX = true, logY = true;
     /// Both 0: as the data asks. Values of y outside are drawn at the edge.
     std::pair<double, double> xRange, yRange;
+    std::vector<std::pair<double, std::string>>
+        xTicks;  ///< place and word; none: numbers as gnuplot spaces them
     std::vector<PlotSeries> series;
     std::vector<PlotMark> marks;
 };

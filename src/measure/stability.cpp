@@ -173,18 +173,17 @@ StabilityPoint runPoint(Runner& runner, const Regime& regime, const RegimeLine& 
 
 bool StabilityPoint::holds() const { return !refused && error <= halfStep; }
 
-std::vector<double> StabilityLine::crossings() const {
-    std::vector<double> places;
+std::vector<Crossing> StabilityLine::crossings() const {
+    std::vector<Crossing> places;
     for (size_t k = 0; k + 1 < points.size(); k++) {
         const StabilityPoint &a = points[k], &b = points[k + 1];
         if (a.refused || b.refused || a.holds() == b.holds()) continue;
-        const double finite = 1e6, least = 1e-6;
-        auto height = [&](const StabilityPoint& p) { return std::log(std::clamp(p.error, least, finite)); };
-        const double share = (std::log(halfStep) - height(a)) / (height(b) - height(a));
-        const bool isLog = a.stress > 0 && std::isfinite(b.stress);
-        places.push_back(isLog       ? a.stress * std::pow(b.stress / a.stress, share)
-                         : a.holds() ? a.stress
-                                     : b.stress);
+        Crossing crossing{k, 0};
+        if (a.stress > 0 && a.error > 0 && b.error > 0 && std::isfinite(b.stress) && std::isfinite(a.error) &&
+            std::isfinite(b.error))
+            crossing.near = a.stress * std::pow(b.stress / a.stress,
+                                                std::log(halfStep / a.error) / std::log(b.error / a.error));
+        places.push_back(crossing);
     }
     return places;
 }

@@ -72,14 +72,19 @@ struct StabilityPoint {
     bool holds() const;
 };
 
+/// Where a line passes the tolerance: between a point that holds and a neighbour that does not.
+struct Crossing {
+    size_t after = 0;  ///< the first of the two points' place
+    double near =
+        0;  ///< stress where a straight line on logarithmic scales passes; 0 where none can be drawn
+};
+
 struct StabilityLine {
     std::string name;
     Backend backend = Backend::Cpu;
     std::vector<StabilityPoint> points;  ///< one for each of the regime's values
 
-    /// Where the error passes the tolerance: stress values between a point that holds and one that does not,
-    /// where a straight line on logarithmic scales would; empty where the line never does.
-    std::vector<double> crossings() const;
+    std::vector<Crossing> crossings() const;
 };
 
 /// Sweeps a regime. `runners` are each asked for every line; `progress` is called after each stress value.

@@ -34,6 +34,20 @@ TEST_F(Chart, writesTablePicturesAndAPageForEveryEffectNamed) {
     EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("id=\"debug_depth\""));
 }
 
+TEST_F(Chart, stabilityJoinsThePage) {
+    auto ran = brume("chart --stability debug_depth -o charts --backend cpu");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    for (std::string ending : {".csv", ".svg", ".png"})
+        EXPECT_TRUE(std::filesystem::exists(path("charts/stability.debug_depth" + ending))) << ending;
+    EXPECT_THAT(brume::test::bytesOf(path("charts/stability.debug_depth.csv")),
+                HasSubstr("debug_depth,depth,depth,m,debug_depth,cpu,0,"));
+    EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("Where methods fail"));
+    ran = brume(
+        "chart debug_depth -o charts --size 32x18 --backend cpu --repetitions 3 --seconds .01 --pixels 50");
+    EXPECT_EQ(ran.status, 0) << ran.err;  // stability's tables are no measurements
+    EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("Where methods fail"));
+}
+
 TEST_F(Chart, anyFileByPathAndWithoutAReferenceIsTimed) {
     addText("half.fs", R"(/*{"ISFVSN": "2", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/
 void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * vec4(0.5, 0.5, 0.5, 1.0); }

@@ -7,9 +7,7 @@
 #include "measure/stability.hpp"
 
 namespace brume {
-static void PrintTo(const Regime& regime, std::ostream* out) {
-    *out << regime.effect << ", " << regime.name;
-}
+static void PrintTo(const Regime& regime, std::ostream* out) { *out << regime.effect << ", " << regime.name; }
 }  // namespace brume
 
 using namespace brume;
