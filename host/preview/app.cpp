@@ -47,6 +47,7 @@ App::App(const PreviewOptions& given, Settings remembered)
       ui(given.state),
       session(EffectRegistry::standard()) {
     if (!options.trace.empty()) trace_.open(options.trace);
+    settings.tab += "!";  // the one to open
     if (!options.words.frames.empty()) session.openFrames(options.words);
     if (!options.preset.empty()) session.openPreset(options.preset);
     playing.framesPerSecond = options.words.framesPerSecond;
@@ -92,6 +93,7 @@ App::~App() {
     ImGui_ImplGlfw_Shutdown();
     ImGui::DestroyContext();
     if (options.window.empty()) settings.window = window.size();
+    if (settings.tab.ends_with('!')) settings.tab.pop_back();
     if (options.screenshot.empty()) settings.save();
 }
 
@@ -189,8 +191,9 @@ void App::submit() {
         with.keepTransmittance = true;
         if (with == asked_) return;
     }
-    if (wish == asked_) return;
+    if (wish == asked_ && (isMoving || !isAskedHurried_)) return;
     asked_ = wish;
+    isAskedHurried_ = isMoving;
     RenderJob job;
     job.revision = wish.revision;
     job.chain = session.chainToRender();
@@ -334,7 +337,15 @@ void App::writeState() {
     const ImGuiIO& io = ImGui::GetIO();
     ui.set("drawn", ++drawn_);
     ui.set("mouse", {io.MousePos.x, io.MousePos.y, io.MouseDown[0]});
+    ui.set("moving", redraws_ > 0 && !playing.isOn);
     ui.set("typing", io.WantTextInput);
+    ui.set("control", io.KeyCtrl);
+    ui.set("loaded", loaded != nullptr);
+    ui.set("tab", settings.tab);
+    ui.set("fit", look.view.isFit());
+    if (rendered && rendered->difference)
+        ui.set("difference",
+               {{"largest", rendered->difference->largest}, {"unlike", rendered->difference->unlike}});
     ui.set("revision", session.revision());
     ui.set("shown_revision", shownRevision_);
     ui.set("pictures", pictures_);

@@ -103,6 +103,7 @@ class App {
         bool difference = false, withCaptured = false, keepTransmittance = false;
         bool operator==(const Asked&) const = default;
     } asked_;
+    bool isAskedHurried_ = false;
     std::unique_ptr<Renderer> renderer_;
     std::unique_ptr<FrameLoader> loader_;
     uint64_t framesRevision_ = 0;

@@ -4,13 +4,20 @@
 #include <cmath>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "frame/alpha.hpp"
 #include "frame/color_encoding.hpp"
 
 namespace brume::preview {
 
 cv::Mat pictureBytes(const cv::Mat& color, int frameIndex, unsigned seed) {
-    return toSrgb8(color, false, frameIndex, seed);
+    if (isOpaque(color)) return toSrgb8(color, false, frameIndex, seed);
+    // The dither counts alpha as a channel where it is written.
+    const cv::Mat bytes = toSrgb8(color, true, frameIndex, seed);
+    cv::Mat rgb;
+    cv::cvtColor(bytes, rgb, cv::COLOR_RGBA2RGB);
+    return rgb;
 }
 
 namespace {

@@ -19,6 +19,8 @@ std::string formatted(const char* format, double a) {
     return words;
 }
 
+double unsignedZero(double a) { return std::abs(a) < .005 ? 0 : a; }
+
 std::string three(const cv::Vec4f& c) {
     char words[96];
     std::snprintf(words, sizeof words, "%.4f  %.4f  %.4f", c[0], c[1], c[2]);
@@ -71,7 +73,8 @@ std::vector<std::pair<std::string, std::string>> probeLines(const Probe& p) {
     if (p.position) {
         char words[96];
         const cv::Vec3d& w = *p.position;
-        std::snprintf(words, sizeof words, "%.2f  %.2f  %.2f m", w[0], w[1], w[2]);
+        std::snprintf(words, sizeof words, "%.2f  %.2f  %.2f m", unsignedZero(w[0]), unsignedZero(w[1]),
+                      unsignedZero(w[2]));
         lines.emplace_back("world", words);
     } else {
         char words[96];

@@ -90,29 +90,20 @@ void Renderer::work() {
             waiting_.reset();
             isBusy_ = true;
         }
-        for (int scale = scaleFor(job); scale >= 1; scale /= 2) {
+        for (int scale = firstScale(job); scale > 0;) {
             auto rendered = render(job, scale);
             rendered->isFinal = scale == 1 || !rendered->error.empty();
-            const bool isFinal = rendered->isFinal;
+            scale = rendered->isFinal ? 0 : nextScale(job, scale);
             {
                 std::lock_guard lock(mutex_);
                 news_ = std::move(rendered);
-                if (isFinal) isBusy_ = false;
+                if (scale == 0) isBusy_ = false;
             }
             onNews_();
-            if (isFinal || waitForNewer(job.isHurried ? idle : std::chrono::milliseconds(0))) break;
+            if (waitForNewer(job.isHurried && scale > 0 ? idle : std::chrono::milliseconds(0))) break;
         }
     }
     runners_.clear();  // on the thread that used them
-}
-
-int Renderer::scaleFor(const RenderJob& job) const {
-    if (isPersistent(job.chain)) return 1;
-    // A slow picture is worth a coarse look even when nobody drags.
-    const double aim = job.isHurried ? budget : 10 * budget;
-    int scale = 1;
-    while (scale < smallest && fullMilliseconds_ / (scale * scale) > aim) scale *= 2;
-    return scale;
 }
 
 // What is compiled in makes a variant of its own.
@@ -128,12 +119,34 @@ static std::string variantOf(const RenderJob& job) {
     return variant;
 }
 
+// A slow picture is worth a coarse look even when nobody drags.
+int Renderer::scaleWithin(double milliseconds) const {
+    int scale = 1;
+    while (scale < smallest && fullMilliseconds_ / (scale * scale) > milliseconds) scale *= 2;
+    return scale;
+}
+
+int Renderer::firstScale(const RenderJob& job) const {
+    if (isPersistent(job.chain)) return 1;
+    if (variantOf(job) != lastRun_)
+        return job.frame->color.total() > 200000 ? 4 : 1;  // nobody knows what it takes
+    return scaleWithin(job.isHurried ? budget : 10 * budget);
+}
+
+// 0: no finer one until the drag ends, for a chain cannot be interrupted.
+int Renderer::nextScale(const RenderJob& job, int scale) const {
+    const int within = scaleWithin(job.isHurried ? 5 * budget : 10 * budget);
+    if (within < scale) return within;
+    return job.isHurried ? 0 : scale / 2;
+}
+
 void Renderer::learn(const RenderJob& job, const Rendered& rendered, double milliseconds) {
     std::string variant = variantOf(job);
     if (variant != lastRun_) {  // its compiling is not to come again
         double passes = 0;
         for (const StepTiming& timing : rendered.timings) passes += timing.milliseconds;
-        milliseconds = std::min(milliseconds, 1.25 * passes * (job.difference ? 2 : 1) + 40);
+        milliseconds = std::min(
+            milliseconds, 1.25 * passes * (job.difference ? 2 : 1) + 40. / (rendered.scale * rendered.scale));
     }
     lastRun_ = std::move(variant);
     fullMilliseconds_ = milliseconds * rendered.scale * rendered.scale;

@@ -29,7 +29,8 @@ struct RenderJob {
     bool difference = false;                 ///< run GLSL and CPU, show where they differ
     bool withCaptured = false;               ///< the frame as captured is wanted beside
     bool keepTransmittance = false;          ///< wanted besides, for the probe
-    bool isHurried = false;  ///< something is being dragged: a slow chain runs smaller, refined on idling
+    bool isHurried = false;  ///< something is being dragged: a slow chain runs smaller, refined on idling as
+                             ///< far as that is quick; the rest is for a job that is not hurried
     uint64_t programs = 0;   ///< another number: plugins were loaded anew, so nothing derived may be kept
 };
 
@@ -78,7 +79,9 @@ class Renderer {
     std::shared_ptr<Rendered> render(const RenderJob& job, int scale);
     Runner& runnerFor(const RenderJob& job, const std::string& backend);
     const ReadyFrame& readyFor(const RenderJob& job, int scale);
-    int scaleFor(const RenderJob& job) const;
+    int scaleWithin(double milliseconds) const;
+    int firstScale(const RenderJob& job) const;
+    int nextScale(const RenderJob& job, int scale) const;
     void learn(const RenderJob& job, const Rendered& rendered, double milliseconds);
     bool waitForNewer(std::chrono::milliseconds time);
 

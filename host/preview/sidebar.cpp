@@ -54,6 +54,7 @@ void drawSplitter(App& app) {
     const ImVec2 corner = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
     const float scale = float(app.window.contentScale());
     ImGui::SetCursorScreenPos(corner);
+    ImGui::PushClipRect(corner, {corner.x + size.x, corner.y + size.y}, false);  // into the padding
     ImGui::InvisibleButton("splitter", {6 * scale, size.y});
     app.ui.mark("splitter");
     const bool isBusy = ImGui::IsItemActive() || ImGui::IsItemHovered();
@@ -65,6 +66,7 @@ void drawSplitter(App& app) {
     ImGui::GetWindowDrawList()->AddLine(
         {corner.x, corner.y}, {corner.x, corner.y + size.y},
         isBusy ? ImGui::GetColorU32(colors::accent) : IM_COL32(52, 53, 57, 255), isBusy ? 3 : 2);
+    ImGui::PopClipRect();
     ImGui::SetCursorPos(ImGui::GetStyle().WindowPadding);
 }
 

@@ -33,4 +33,14 @@ void premultiply(const cv::Mat& rgba, cv::Mat& out) {
     scaleColor(rgba, out, [](float c, float alpha) { return c * alpha; });
 }
 
+bool isOpaque(const cv::Mat& rgba) {
+    for (int j = 0; j < rgba.rows; ++j) {
+        const float* p = rgba.ptr<float>(j);
+        bool row = true;
+        for (int i = 0; i < rgba.cols; ++i) row &= p[4 * i + 3] == 1;
+        if (!row) return false;
+    }
+    return true;
+}
+
 }  // namespace brume

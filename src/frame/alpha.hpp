@@ -10,5 +10,7 @@ namespace brume {
 void unpremultiply(cv::Mat& rgba);
 /// The inverse, into `out` (may be `rgba` itself).
 void premultiply(const cv::Mat& rgba, cv::Mat& out);
+/// True where alpha is 1 everywhere: such pictures are written without it.
+bool isOpaque(const cv::Mat& rgba);
 
 }  // namespace brume

@@ -25,16 +25,6 @@ std::string endingOf(const std::string& path) {
     return ending == ".jpeg" ? ".jpg" : ending == ".tiff" ? ".tif" : ending;
 }
 
-bool isOpaque(const cv::Mat& rgba) {
-    for (int j = 0; j < rgba.rows; ++j) {
-        const float* p = rgba.ptr<float>(j);
-        bool row = true;
-        for (int i = 0; i < rgba.cols; ++i) row &= p[4 * i + 3] == 1;
-        if (!row) return false;
-    }
-    return true;
-}
-
 cv::Mat withoutAlpha(const cv::Mat& rgba) {
     cv::Mat rgb(rgba.size(), CV_32FC3);
     const int fromTo[] = {0, 0, 1, 1, 2, 2};

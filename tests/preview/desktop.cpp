@@ -9,6 +9,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <thread>
 
@@ -164,6 +165,8 @@ json PreviewWindow::state() const {
 }
 
 bool PreviewWindow::waitFor(const std::string& what, const std::function<bool(const json&)>& condition) {
+    if (HasFailure())
+        return false;  // what follows a failure tells nothing, and waiting for it takes a minute each
     json last;
     bool isGone = false;
     const bool holds = until([&] {
@@ -205,7 +208,7 @@ void PreviewWindow::release() {
 cv::Point2d PreviewWindow::middleOf(const std::string& item) {
     cv::Point2d middle;
     waitFor("the widget " + item, [&](const json& s) {
-        if (!s["items"].contains(item)) return false;
+        if (!s["items"].contains(item) || s["moving"] == true) return false;
         const auto& area = s["items"][item];
         middle = {area[0].get<double>() + area[2].get<double>() / 2,
                   area[1].get<double>() + area[3].get<double>() / 2};
@@ -224,7 +227,7 @@ void PreviewWindow::click(const std::string& item) {
 void PreviewWindow::dragTo(cv::Point2d from, cv::Point2d to) {
     move(from.x, from.y);
     press();
-    for (int k = 1; k <= 4; k++) move(from.x + (to.x - from.x) * k / 4, from.y + (to.y - from.y) * k / 4);
+    for (int k = 1; k <= 3; k++) move(from.x + (to.x - from.x) * k / 3, from.y + (to.y - from.y) * k / 3);
     release();
 }
 
@@ -253,6 +256,7 @@ cv::Mat PreviewWindow::picture() {
 }
 
 void PreviewWindow::expectPicture(const cv::Mat& bytes, const std::string& what) {
+    if (HasFailure()) return;
     double largest = -1;
     const bool isSame = until([&] {
         const cv::Mat now = picture();
@@ -269,6 +273,7 @@ cv::Mat PreviewWindow::applied(const std::string& arguments) {
     const cv::Mat stored = readImage(path("applied.png"));  // fractions of 255
     cv::Mat bytes;
     stored.convertTo(bytes, CV_8U, 255);
+    if (bytes.channels() == 4) cv::cvtColor(bytes, bytes, cv::COLOR_RGBA2RGB);
     return bytes;
 }
 

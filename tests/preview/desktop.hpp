@@ -89,10 +89,11 @@ class PreviewWindow : public Program {
     /// The preset of the window, as it would be saved.
     nlohmann::json preset() const { return state()["preset"]; }
 
+    void xdotool(const std::string& words);
+
     std::map<std::string, std::string> environment_;
 
   private:
-    void xdotool(const std::string& words);
     std::unique_ptr<Child> window_;
 };
 
