@@ -113,7 +113,7 @@ bool checkOne(const std::string& name, Runner& cpu, Runner& gl, const Arguments&
     if (reference.compared)
         std::cout << "  CPU/reference on '" << reference.frame << "', " << reference.parameters << " at "
                   << placeOf(reference.pixel) << "\n";
-    // One frame a parameter set tells enough, unless all are asked for.
+    // One frame a parameter set, and each problem once, tell enough, unless all are asked for.
     std::set<std::string> told;
     size_t shown = 0;
     for (const CheckCase& c : cases) {
@@ -121,7 +121,8 @@ bool checkOne(const std::string& name, Runner& cpu, Runner& gl, const Arguments&
             std::cout << "  " << c.frame << ", " << c.parameters << ": "
                       << (c.parity.compared ? c.parity.describe() : "one half only") << "\n";
         if (c.passed()) continue;
-        bool isNew = told.insert(c.parameters).second;
+        // A shader that does not compile says the same at every one.
+        bool isNew = told.insert(c.parameters).second && (c.problem.empty() || told.insert(c.problem).second);
         if (!a.verbose && (!isNew || shown >= shownFailures)) continue;
         printFailure(c);
         shown++;

@@ -64,7 +64,10 @@ json parseDescription(const std::string& path, const std::string& fileText, cons
         const json repaired =
             isTooDeep(comment) ? json() : json::parse(repairJson(comment), nullptr, false, true);
         if (repaired.is_object() && !repaired.empty() && !repaired.contains("SPACE")) return repaired;
-        failUsage(path, ":", lineAt(fileText, error.byte), ": the description is not JSON: ", error.what());
+        const std::string what = error.what();  // "[...] parse error at line 6, column 10: what is wrong"
+        const size_t place = what.find(", column"), reason = what.find(": ", place);
+        failUsage(path, ":", lineAt(fileText, error.byte), ": the description is not JSON: ",
+                  reason == std::string::npos ? what : what.substr(reason + 2));
     }
 }
 

@@ -50,6 +50,18 @@ static std::string libraryBeside(const fs::path& file) {
     return fs::is_regular_file(library) ? library.string() : std::string();
 }
 
+// The folder of an effect some way down, such as build/effects/mist for build; or empty.
+static std::string effectBelow(const fs::path& folder) {
+    std::string first;
+    std::error_code none;
+    for (fs::recursive_directory_iterator item(folder, none), end; item != end; item.increment(none)) {
+        if (item.depth() == 2) item.disable_recursion_pending();
+        const std::string found = item->path().parent_path().string();
+        if (item->path().extension() == ".fs" && (first.empty() || found < first)) first = found;
+    }
+    return first;
+}
+
 // The .fs file that a path means: itself, or the folder's one of the folder's name, or the folder's only one.
 static fs::path effectFile(const fs::path& path) {
     if (!fs::exists(path)) failUsage(path.string(), ": no such effect file or folder");
@@ -59,7 +71,11 @@ static fs::path effectFile(const fs::path& path) {
         if (item.path().extension() == ".fs") files.push_back(item.path());
     for (const auto& file : files)
         if (file.stem() == fs::canonical(path).filename()) return file;
-    if (files.empty()) failUsage(path.string(), ": the folder holds no .fs file");
+    if (files.empty()) {
+        const std::string inside = effectBelow(path);
+        failUsage(path.string(), ": the folder holds no .fs file",
+                  inside.empty() ? "" : "; did you mean " + inside + "?");
+    }
     if (files.size() > 1)
         failUsage(path.string(), ": the folder holds ", files.size(), " .fs files; name one, such as ",
                   std::min(files[0], files[1]).string());

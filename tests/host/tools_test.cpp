@@ -103,6 +103,27 @@ void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * vec4(0.5, 0.5, 0.5, 1.
     expectError("apply ./half.fs street.exr -o o.png --backend cpu", 2, "GLSL only");
 }
 
+TEST_F(Tools, whatIsWrongWithAnEffectIsSaidOnceAndToThePoint) {
+    addText("wrong.fs", R"(/*{"ISFVSN": "2", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"},
+    {"NAME": "a", "TYPE": "bool"}, {"NAME": "b", "TYPE": "bool"}]}*/
+void main() {
+    gl_FragColor = IMG_THIS_PIXEL(inputImag);
+}
+)");
+    auto checked = brume("check wrong.fs");
+    EXPECT_EQ(checked.status, 1);
+    const std::string what = "wrong.fs:4: error: `inputImag' undeclared";
+    const size_t first = checked.out.find(what);
+    ASSERT_NE(first, std::string::npos) << checked.out;
+    EXPECT_EQ(checked.out.find(what, first + 1), std::string::npos) << checked.out;
+    addText("comma.fs", "/*{\n\"SPACE\": \"linear\"\n\"ISFVSN\": \"2\"\n}*/\nvoid main() {}\n");
+    expectError("check comma.fs", 2,
+                "comma.fs:3: the description is not JSON: syntax error while parsing object");
+    std::filesystem::create_directories(path("build/effects/mist"));
+    addText("build/effects/mist/mist.fs", "/*{}*/ void main() {}\n");
+    expectError("check build", 2, "the folder holds no .fs file; did you mean build/effects/mist?");
+}
+
 TEST_F(Tools, aSourceThatIsNotBuiltIsNamed) {
     addFrame("street.exr");
     const std::string half = R"(#include "kit/image.glsl"
