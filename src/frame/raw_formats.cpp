@@ -129,8 +129,9 @@ std::vector<int64_t> shapeOf(const std::string& path, const std::string& tuple) 
         shape.push_back(value);
         i = size_t(end - tuple.data());
     }
-    // (1, h, w) and (h, w, 1) are images of one channel; so are (1, h, w, c).
-    if (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
+    // (1, h, w) is (h, w), and (1, h, w, c) is (h, w, c); but (1, w, 3) is a row of colours.
+    const bool hasChannels = shape.size() == 3 && shape.back() >= 1 && shape.back() <= 4;
+    if (shape.size() > 2 && shape.front() == 1 && !hasChannels) shape.erase(shape.begin());
     return shape;
 }
 

@@ -125,6 +125,11 @@ TEST_F(Reading, NpyOfEveryNumberType) {
     EXPECT_EQ(bitsThatDiffer(readImage(file("a.npy")), pixels), 0);
     writeText("a.npy", npy("<f4", "1, 4, 6, 1", rawFloats(pixels, false, false)));
     EXPECT_EQ(bitsThatDiffer(readImage(file("a.npy")), pixels), 0);
+    writeText("a.npy", npy("<f4", "1, 4, 6", rawFloats(pixels, false, false)));
+    EXPECT_EQ(bitsThatDiffer(readImage(file("a.npy")), pixels), 0);
+    writeText("a.npy", npy("<f4", "1, 8, 3", rawFloats(pixels, false, false)));
+    EXPECT_EQ(readImage(file("a.npy")).size(),
+              cv::Size(8, 1));  // a row of colours, no tall image of three columns
     std::string doubles, halves, shorts;
     for (int k = 0; k < 24; ++k) {
         const double d = pixels.ptr<float>()[k];
