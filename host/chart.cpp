@@ -69,6 +69,9 @@ void addChart(CLI::App& program) {
         ->check(CLI::Range(3, 10000));
     command->add_option("--seconds", a->seconds, "Stop a method's timing early after this time")
         ->capture_default_str();
+    command->add_flag(
+        "--papers", a->papers,
+        "Instead: run the papers' experiments again, on every --frame, and put their figures beside ours");
     command->add_option("--pixels", a->pixels, "At how many the fp64 reference is asked")
         ->capture_default_str()
         ->check(CLI::Range(1, 1 << 24));
@@ -86,6 +89,7 @@ void addChart(CLI::App& program) {
     command->callback([a] {
         makeFolder(a->output);
         if (a->stability) return chartStability(*a);
+        if (a->papers) return chartPapers(*a);
         chartEffects(*a);
     });
 }

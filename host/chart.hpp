@@ -18,6 +18,7 @@ struct ChartArguments {
     int repetitions = 15, pixels = 14400;
     double seconds = 1;
     bool stability = false;
+    bool papers = false;
 };
 
 /// The effects asked for, all that load if none is named. Throws Error (Usage) with the nearest name.
@@ -29,5 +30,6 @@ std::vector<std::unique_ptr<Runner>> runnersOf(const ChartArguments& a);
 
 void chartStability(const ChartArguments& a);
 void chartEffects(const ChartArguments& a);
+void chartPapers(const ChartArguments& a);
 
 }  // namespace brume::host

@@ -74,7 +74,8 @@
       {"NAME": "power", "SET": {"model": "power"}},
       {"NAME": "exponential, sun", "SET": {"model": "exponential", "sun": "henyey-greenstein"}},
       {"NAME": "exponential, encoded mixing", "SET": {"model": "exponential", "mixing": "encoded"}}
-    ]
+    ],
+    "PEERS": [{"NAME": "NumPy", "RUN": "peer_numpy.py"}]
   },
   "BREAKS": [
     "planar distance is wrong in transmittance by up to .24 at the corner of a 110° view",

@@ -70,7 +70,8 @@
       {"NAME": "recursive", "SET": {"method": "recursive"}},
       {"NAME": "box", "SET": {"method": "box"}},
       {"NAME": "pascal", "SET": {"method": "pascal"}, "CASES": ["radius 2", "radius 8"]}
-    ]
+    ],
+    "PEERS": [{"NAME": "cv::GaussianBlur", "RUN": "peer_opencv"}, {"NAME": "FFmpeg gblur", "RUN": "peer_ffmpeg.py"}]
   },
   "BREAKS": [
     "box has an error of .05 of a bright point's height, and each of its three boxes replicates edges for itself",

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "error.hpp"
 
 namespace brume {
 namespace {
@@ -95,6 +99,35 @@ BenchResult benchPlanned(Runner& runner, const Chain& planned, const std::vector
     for (const Timing& step : steps) result.steps.push_back({step.name, step.median()});
     result.megapixels = frames[0].size().area() * 1e-6;
     return result;
+}
+
+Chain plannedWhole(Chain chain, const FramePair& frame, Backend backend) {
+    std::vector<StepPlan> decisions;
+    planChain(chain, frame, backend, {}, &decisions);
+    size_t next = 0;
+    for (Step& step : chain.steps) {
+        if (!step.enabled) continue;
+        for (const auto& [name, value] : decisions.at(next++).plan.chosen)
+            if (auto& parameter = step.values.at(name); parameter.automatic)
+                parameter = ParameterValue{{double(value)}};
+    }
+    return chain;
+}
+
+double sumOf(const std::vector<StepTiming>& timings) {
+    double sum = 0;
+    for (const StepTiming& t : timings) sum += t.milliseconds;
+    return sum;
+}
+
+std::string deviceName(const Runner& runner) {
+    if (runner.backend() == Backend::Gl) return runner.describe();
+    std::string processor = "CPU";
+    std::ifstream in("/proc/cpuinfo");
+    for (std::string line; std::getline(in, line);)
+        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
+            processor = line.substr(line.find(": ") + 2);
+    return text(processor, ", ", cv::getNumThreads(), " threads");
 }
 
 }  // namespace brume

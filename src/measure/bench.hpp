@@ -28,4 +28,13 @@ BenchResult benchChain(Runner& runner, const Chain& chain, const std::vector<Fra
 BenchResult benchPlanned(Runner& runner, const Chain& planned, const std::vector<FramePair>& frames,
                          int repetitions = 24, double seconds = 10);
 
+/// What "auto" becomes on this frame; unlike planChain it leaves nothing out that cannot be seen.
+Chain plannedWhole(Chain chain, const FramePair& frame, Backend backend);
+
+/// The sum of the steps' times.
+double sumOf(const std::vector<StepTiming>& timings);
+
+/// For people who compare times: the processor and its threads, or the GL renderer.
+std::string deviceName(const Runner& runner);
+
 }  // namespace brume

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -12,6 +11,7 @@
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "measure/bench.hpp"
+#include "measure/peer.hpp"
 #include "measure/plot.hpp"
 #include "measure/reference.hpp"
 
@@ -34,17 +34,6 @@ Chain chainOf(const std::shared_ptr<const Effect>& effect, const ParameterValues
     Chain chain;
     chain.steps = {step};
     return withAirlight(withSidecar(chain, frame), frame);
-}
-
-// What "auto" becomes, without leaving out what cannot be seen.
-Chain planned(Chain chain, const FramePair& frame, Backend backend) {
-    std::vector<StepPlan> decisions;
-    planChain(chain, frame, backend, {}, &decisions);
-    for (size_t k = 0; k < chain.steps.size(); k++)
-        for (const auto& [name, value] : decisions.at(k).plan.chosen)
-            if (auto& parameter = chain.steps[k].values.at(name); parameter.automatic)
-                parameter = ParameterValue{{double(value)}};
-    return chain;
 }
 
 std::string keyOf(const Step& step) {
@@ -73,7 +62,7 @@ class Stage {
             if (p.type == ParameterType::Image && p.name != effect->header.mainImage())
                 keep.push_back(step.imageOf(p.name));
         auto runner = makeCpuRunner();
-        RunResult result = runner->run(planned(before, captured, Backend::Cpu), captured, keep);
+        RunResult result = runner->run(plannedWhole(before, captured, Backend::Cpu), captured, keep);
         frame_.color = result.images["color"];
         for (const std::string& name : keep) frame_.images["before " + name] = result.images[name];
     }
@@ -152,20 +141,6 @@ void main() { store(fetch(inputImage, pixel())); }
     return benchPlanned(runner, chain, frames, 9, 1).passes.median();
 }
 
-double sumOf(const std::vector<StepTiming>& timings) {
-    double sum = 0;
-    for (const StepTiming& t : timings) sum += t.milliseconds;
-    return sum;
-}
-
-std::string processorName() {
-    std::ifstream in("/proc/cpuinfo");
-    for (std::string line; std::getline(in, line);)
-        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
-            return line.substr(line.find(": ") + 2);
-    return "CPU";
-}
-
 bool runsOn(const ChartVariant& variant, const Effect& effect, Backend backend) {
     if (backend == Backend::Gl) return variant.onGl;
     return variant.onCpu && effect.plugin && (effect.plugin->hasRows() || effect.plugin->hasRun());
@@ -177,6 +152,36 @@ std::string textOf(const EffectHeader& header, const ChartVariant& variant) {
     return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
+struct PeerJob {
+    Chart::Peer peer;
+    std::string caseName;
+    ParameterValues values, truth;
+    std::vector<std::string> given;
+};
+
+// Only where code of the effect's own runs anyway: a .fs file alone starts no program.
+std::vector<PeerJob> peerJobs(const Effect& effect) {
+    std::vector<PeerJob> jobs;
+    const Chart* chart = effect.header.chart.get();
+    if (!chart || !effect.plugin || !effect.plugin->hasReference()) return jobs;
+    std::vector<Chart::Case> cases = chart->cases;
+    if (cases.empty()) cases.emplace_back();
+    for (const Chart::Case& problem : cases)
+        for (const Chart::Peer& peer : chart->peers) {
+            if (!listed(peer.cases, problem.name)) continue;
+            PeerJob job{peer, problem.name, defaultValues(effect.header.parameters), {}, {}};
+            for (const auto* set : {&chart->set, &problem.set})
+                for (const auto& [name, value] : *set) {
+                    job.values[name] = value;
+                    job.given.push_back(name);
+                }
+            job.truth = job.values;
+            for (const auto& [name, value] : chart->reference) job.truth[name] = value;
+            jobs.push_back(job);
+        }
+    return jobs;
+}
+
 }  // namespace
 
 std::string ChartRow::label() const { return knob.empty() ? method : text(method, ", ", knob, " ", value); }
@@ -185,7 +190,7 @@ size_t chartCount(const Effect& effect, const std::vector<Runner*>& runners) {
     size_t count = 0;
     for (const ChartVariant& variant : chartVariants(effect.header))
         for (const Runner* runner : runners) count += runsOn(variant, effect, runner->backend());
-    return count;
+    return count + peerJobs(effect).size();
 }
 
 std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& effect, const FramePair& frame,
@@ -210,13 +215,12 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
             row.knob = variant.knob;
             row.value = textOf(effect->header, variant);
             row.backend = isGl ? "gl" : "cpu";
-            row.device =
-                isGl ? runner->describe() : text(processorName(), ", ", cv::getNumThreads(), " threads");
+            row.device = deviceName(*runner);
             row.frame = frame.name;
             row.size = frame.size();
             try {
-                const Chain chain = planned(stage.chain(effect, variant.values, variant.given), stage.frame(),
-                                            runner->backend());
+                const Chain chain = plannedWhole(stage.chain(effect, variant.values, variant.given),
+                                                 stage.frame(), runner->backend());
                 cv::Mat image;
                 Timing alone;
                 auto run = [&](int slot) {
@@ -232,9 +236,10 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
                 run(1);
                 image = image.clone();
                 if (isKnown) {
-                    const Truth& truth = truths.of(planned(stage.chain(effect, variant.truth, variant.given),
-                                                           stage.frame(), Backend::Cpu),
-                                                   stage.frame(), options.pixels);
+                    const Truth& truth =
+                        truths.of(plannedWhole(stage.chain(effect, variant.truth, variant.given),
+                                               stage.frame(), Backend::Cpu),
+                                  stage.frame(), options.pixels);
                     m.cells = truth.grid.cells;
                     m.errors = encodedErrors(image, truth.grid.pixels, truth.pixels);
                     row.error = errorStatistics(m.errors, truth.grid.pixels);
@@ -256,6 +261,36 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
             if (progress) progress(row);
             measurements.push_back(std::move(m));
         }
+    for (const PeerJob& job : peerJobs(*effect)) {
+        ChartMeasurement m;
+        ChartRow& row = m.row;
+        row.effect = effect->name();
+        row.caseName = job.caseName;
+        row.method = job.peer.name;
+        row.backend = "peer";
+        row.frame = frame.name;
+        row.size = frame.size();
+        try {
+            const std::string folder = effect->header.path.substr(0, effect->header.path.rfind('/') + 1);
+            const Chain chain =
+                plannedWhole(stage.chain(effect, job.values, job.given), stage.frame(), Backend::Cpu);
+            const PeerResult result = runPeer(folder + job.peer.run, effect->header, chain.steps[0].values,
+                                              stage.frame(), options.repetitions);
+            const Truth& truth = truths.of(
+                plannedWhole(stage.chain(effect, job.truth, job.given), stage.frame(), Backend::Cpu),
+                stage.frame(), options.pixels);
+            row.device = result.device;
+            m.cells = truth.grid.cells;
+            m.errors = encodedErrors(result.output, truth.grid.pixels, truth.pixels);
+            row.error = errorStatistics(m.errors, truth.grid.pixels);
+            row.hasError = true;
+            setTime(row, result.timing);
+        } catch (const Error& e) {
+            row.problem = e.what();
+        }
+        if (progress) progress(row);
+        measurements.push_back(std::move(m));
+    }
     std::vector<ChartRow> rows;
     for (const auto& m : measurements) rows.push_back(m.row);
     markFrontiers(rows);

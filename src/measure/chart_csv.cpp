@@ -171,4 +171,11 @@ std::vector<ChartRow> readCsv(const std::string& path) {
     return fromCsv(bytes.str(), path);
 }
 
+bool isChartCsv(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::string line;
+    std::getline(in, line);
+    return line.starts_with("effect,case,method,");
+}
+
 }  // namespace brume

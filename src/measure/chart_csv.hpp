@@ -18,5 +18,7 @@ std::vector<ChartRow> fromCsv(const std::string& csv, const std::string& where);
 /// The same with files. Throws Error (Io).
 void writeCsv(const std::vector<ChartRow>& rows, const std::string& path);
 std::vector<ChartRow> readCsv(const std::string& path);
+/// True where that file begins as one of ours: its folder may hold other tables.
+bool isChartCsv(const std::string& path);
 
 }  // namespace brume

@@ -13,9 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const char* head = R"(<!doctype html>
+const char* style = R"(<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>Speed against accuracy</title>
 <style>
 :root { color-scheme: light; }
 body { font: 15px/1.5 "DejaVu Sans", "Segoe UI", system-ui, sans-serif; color: #222; background: #fff; margin: 0 auto; max-width: 1020px; padding: 24px; }
@@ -25,8 +24,7 @@ img { max-width: 100%; height: auto; } .maps { display: flex; flex-wrap: wrap; g
 table { border-collapse: collapse; font-size: 13.5px; margin: 8px 0; } th, td { padding: 3px 12px 3px 0; text-align: left; border-bottom: 1px solid #eee; } th { font-weight: 600; border-color: #999; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; } tr.frontier td { background: #f6f1e2; } .problem { color: #a33; } .grey { color: #666; }
 summary { cursor: pointer; color: #0072b2; margin: 8px 0; }
-</style></head><body>
-)";
+</style>)";
 
 std::string escaped(const std::string& s) {
     std::string out;
@@ -189,10 +187,15 @@ void writeStability(std::ostream& out, const fs::path& folder) {
 
 }  // namespace
 
+std::string pageHead(const std::string& title) {
+    return text(style, "\n<title>", escaped(title), "</title></head><body>\n");
+}
+
 void writeChartPage(const std::string& folder) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder))
-        if (entry.path().extension() == ".csv" && !isStability(entry.path())) files.push_back(entry.path());
+        if (entry.path().extension() == ".csv" && isChartCsv(entry.path().string()))
+            files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     std::vector<std::vector<ChartRow>> effects;
     std::map<std::string, std::string> devices;

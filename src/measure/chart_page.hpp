@@ -32,6 +32,9 @@ std::string shortNumber(double value);
 /// What files of an effect's stability are called, without extension.
 inline std::string stabilityStem(const std::string& effect) { return "stability." + effect; }
 
+/// How every page of ours begins, up to <body>.
+std::string pageHead(const std::string& title);
+
 /// Writes DIR/index.html from all EFFECT.csv in it with their EFFECT.svg and maps: one file that needs no
 /// other. Pieces of a long measurement may so be made one after the other. Throws Error (Io).
 void writeChartPage(const std::string& folder);
