@@ -25,5 +25,6 @@ int main(int, char** arguments) {
     }
     std::ofstream(folder + "/output.f32", std::ios::binary).write(blurred.ptr<char>(), bytes);
     const std::string device = "OpenCV " CV_VERSION ", " + std::to_string(cv::getNumThreads()) + " threads";
-    std::ofstream(folder + "/result.json") << nlohmann::json{{"device", device}, {"milliseconds", milliseconds}};
+    std::ofstream(folder + "/result.json")
+        << nlohmann::json{{"device", device}, {"milliseconds", milliseconds}};
 }

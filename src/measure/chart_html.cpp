@@ -206,7 +206,7 @@ void writeChartPage(const std::string& folder) {
         effects.push_back(std::move(rows));
     }
     std::ostringstream out;
-    out << head
+    out << pageHead("Speed against accuracy")
         << "<h1>Speed against accuracy</h1>\n<p>Every method of each effect, at every setting of its knob: "
            "how long it takes, and how "
            "far its worst pixel is from a double-precision reference, in steps of an 8-bit picture after "

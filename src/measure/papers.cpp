@@ -28,7 +28,8 @@ Chain boundTo(const Chain& chain, const FramePair& frame, Backend backend) {
     return plannedWhole(withAirlight(withSidecar(chain, frame), frame), frame, backend);
 }
 
-cv::Mat measure(PaperResult& result, Runner& runner, const PaperExperiment::Row& row, const FramePair& frame) {
+cv::Mat measure(PaperResult& result, Runner& runner, const PaperExperiment::Row& row,
+                const FramePair& frame) {
     const Chain chain = boundTo(row.chain, frame, runner.backend());
     const bool isGl = runner.backend() == Backend::Gl;
     cv::Mat image = runner.run(chain, frame, {}).images["color"].clone();  // compiles

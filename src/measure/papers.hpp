@@ -13,7 +13,7 @@ struct PaperExperiment {
     struct Row {
         std::string name, paper;  ///< what the paper printed, or empty
         Chain chain;
-        cv::Size size;            ///< the frame is brought to it; empty: as it is
+        cv::Size size;  ///< the frame is brought to it; empty: as it is
     };
     std::string paper, title, measured;
     std::string against;  ///< the row that all are compared with, or empty
@@ -31,8 +31,8 @@ struct PaperResult {
     std::string backend, device, frame;
     cv::Size size;
     double milliseconds = 0, low = 0, high = 0;  ///< as ChartRow's
-    /// From the row it is compared with, over all pixels, in 8-bit steps after encoding: the largest, the root
-    /// mean square, and that of means over 16×16 pixels, which bands keep and fine noise loses.
+    /// From the row it is compared with, over all pixels, in 8-bit steps after encoding: the largest, the
+    /// root mean square, and that of means over 16×16 pixels, which bands keep and fine noise loses.
     double worst = 0, rms = 0, coarse = 0;
     bool hasDifference = false;
     std::string problem;  ///< why there are no numbers; empty: there are

@@ -78,7 +78,8 @@ struct Mean {
     int count = 0;
 };
 
-Mean meanOf(const std::vector<const PaperResult*>& results, const std::string& row, const std::string& backend) {
+Mean meanOf(const std::vector<const PaperResult*>& results, const std::string& row,
+            const std::string& backend) {
     Mean mean;
     for (const PaperResult* r : results) {
         if (r->row != row || r->backend != backend || !r->problem.empty()) continue;
@@ -121,8 +122,10 @@ std::vector<PaperExperiment> readPapers(const std::string& path, const EffectReg
             experiment.rows.push_back(readRow(row, text(where, ": rows[", names.size(), "]"), registry));
             names.push_back(experiment.rows.back().name);
         }
-        if (!experiment.against.empty() && std::find(names.begin(), names.end(), experiment.against) == names.end())
-            failUsage(where, ": against: no row '", experiment.against, "'", suggestion(experiment.against, names));
+        if (!experiment.against.empty() &&
+            std::find(names.begin(), names.end(), experiment.against) == names.end())
+            failUsage(where, ": against: no row '", experiment.against, "'",
+                      suggestion(experiment.against, names));
         experiments.push_back(std::move(experiment));
     }
     return experiments;
@@ -131,14 +134,15 @@ std::vector<PaperExperiment> readPapers(const std::string& path, const EffectReg
 std::string toCsv(const std::vector<PaperResult>& results) {
     std::ostringstream out;
     out.precision(9);
-    out << "paper,title,measured,row,printed,against,backend,device,frame,width,height,milliseconds,quartile_low,"
+    out << "paper,title,measured,row,printed,against,backend,device,frame,width,height,milliseconds,quartile_"
+           "low,"
            "quartile_high,compared,worst,rms,coarse_rms,problem\n";
     for (const PaperResult& r : results) {
-        for (const std::string* s : {&r.paper, &r.title, &r.measured, &r.row, &r.printed, &r.against, &r.backend,
-                                     &r.device, &r.frame})
+        for (const std::string* s : {&r.paper, &r.title, &r.measured, &r.row, &r.printed, &r.against,
+                                     &r.backend, &r.device, &r.frame})
             out << field(*s) << ',';
-        out << r.size.width << ',' << r.size.height << ',' << r.milliseconds << ',' << r.low << ',' << r.high << ','
-            << (r.hasDifference ? 1 : 0) << ',' << r.worst << ',' << r.rms << ',' << r.coarse << ','
+        out << r.size.width << ',' << r.size.height << ',' << r.milliseconds << ',' << r.low << ',' << r.high
+            << ',' << (r.hasDifference ? 1 : 0) << ',' << r.worst << ',' << r.rms << ',' << r.coarse << ','
             << field(r.problem) << '\n';
     }
     return out.str();
@@ -156,11 +160,14 @@ std::string papersPage(const std::vector<PaperResult>& results) {
         if (std::find(titles.begin(), titles.end(), r.title) == titles.end()) titles.push_back(r.title);
     }
     out << pageHead("The papers' experiments, run again")
-        << "<h1>The papers' experiments, run again</h1>\n<p>What each paper printed, on its machine, beside what brume "
+        << "<h1>The papers' experiments, run again</h1>\n<p>What each paper printed, on its machine, beside "
+           "what brume "
            "measures here: medians, means over the frames";
     for (const std::string& frame : frames) out << (frame == *frames.begin() ? " " : ", ") << escaped(frame);
-    out << ". Differences are in 8-bit steps after encoding: the worst pixel of all frames, the root mean square, and that of "
-           "means over 16×16 pixels, which bands keep and fine noise loses.</p>\n<p class=\"grey\">Measured on ";
+    out << ". Differences are in 8-bit steps after encoding: the worst pixel of all frames, the root mean "
+           "square, and that of "
+           "means over 16×16 pixels, which bands keep and fine noise loses.</p>\n<p class=\"grey\">Measured "
+           "on ";
     for (const auto& [backend, device] : devices)
         out << (backend == devices.begin()->first ? "" : "; ") << backend << ": " << escaped(device);
     out << ".</p>\n";
@@ -168,11 +175,13 @@ std::string papersPage(const std::vector<PaperResult>& results) {
         std::vector<const PaperResult*> mine;
         for (const PaperResult& r : results)
             if (r.title == title) mine.push_back(&r);
-        out << "<h2>" << escaped(title) << "</h2>\n<p>" << escaped(mine[0]->paper) << ": " << escaped(mine[0]->measured)
-            << ".</p>\n<table><tr><th></th><th>printed</th>";
-        for (const std::string& backend : backends) out << "<th class=\"n\">ms, " << backend << "</th><th class=\"n\">× first</th>";
+        out << "<h2>" << escaped(title) << "</h2>\n<p>" << escaped(mine[0]->paper) << ": "
+            << escaped(mine[0]->measured) << ".</p>\n<table><tr><th></th><th>printed</th>";
+        for (const std::string& backend : backends)
+            out << "<th class=\"n\">ms, " << backend << "</th><th class=\"n\">× first</th>";
         const bool isCompared = !mine[0]->against.empty();
-        if (isCompared) out << "<th class=\"n\">worst</th><th class=\"n\">RMS</th><th class=\"n\">RMS of means</th>";
+        if (isCompared)
+            out << "<th class=\"n\">worst</th><th class=\"n\">RMS</th><th class=\"n\">RMS of means</th>";
         out << "</tr>\n";
         std::vector<std::string> rows;
         for (const PaperResult* r : mine)
@@ -191,8 +200,9 @@ std::string papersPage(const std::vector<PaperResult>& results) {
                     out << "<td colspan=\"2\" class=\"problem\">failed</td>";
             }
             if (isCompared && shown.count && row != (*one)->against)
-                out << "<td class=\"n\">" << shortNumber(shown.worst) << "</td><td class=\"n\">" << shortNumber(shown.rms)
-                    << "</td><td class=\"n\">" << shortNumber(shown.coarse) << "</td>";
+                out << "<td class=\"n\">" << shortNumber(shown.worst) << "</td><td class=\"n\">"
+                    << shortNumber(shown.rms) << "</td><td class=\"n\">" << shortNumber(shown.coarse)
+                    << "</td>";
             else if (isCompared)
                 out << "<td colspan=\"3\" class=\"grey\">compared with this</td>";
             out << "</tr>\n";

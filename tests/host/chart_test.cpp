@@ -58,6 +58,16 @@ void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * vec4(0.5, 0.5, 0.5, 1.
     EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("no reference"));
 }
 
+TEST_F(Chart, papersPutTheirFiguresBesideOurs) {
+    auto ran = brume("chart --papers -o charts --size 32x18 --backend cpu");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    const std::string page = brume::test::bytesOf(path("charts/papers.html"));
+    for (const char* part : {"0.65 ms", "73.0/77-78/82.1", "Banding against jitter", "to 3.08 ms", "glued"})
+        EXPECT_THAT(page, HasSubstr(part));
+    EXPECT_THAT(brume::test::bytesOf(path("charts/papers.csv")), HasSubstr("\"trial 3: box, noise, lamp\""));
+    expectError("chart depth_fog --papers -o charts", 2, "--papers");
+}
+
 TEST_F(Chart, mistakesAreSentences) {
     expectError("chart depth_fgo -o charts", 2, "'depth_fog'");
     expectError("chart depth_fog -o charts --size huge", 2, "huge");

@@ -1,0 +1,158 @@
+// The papers' experiments and peers: known answers, and what is said when something is wrong.
+#include "measure/papers.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+
+#include "cpu/cpu_runner.hpp"
+#include "error.hpp"
+#include "frame/color_encoding.hpp"
+#include "measure/bench.hpp"
+#include "measure/peer.hpp"
+
+namespace brume {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Papers : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = (fs::temp_directory_path() / ("brume-papers-" + std::to_string(::getpid()))).string();
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+    std::string write(const std::string& name, const std::string& text) {
+        std::ofstream(folder_ + "/" + name) << text;
+        fs::permissions(folder_ + "/" + name, fs::perms::owner_all);
+        return folder_ + "/" + name;
+    }
+    template <class F>
+    static std::string mistake(F f) {
+        try {
+            f();
+        } catch (const Error& e) {
+            return e.what();
+        }
+        return "no error";
+    }
+    std::string folder_;
+};
+
+TEST(PictureDifference, BandsSurviveTheMeanAndNoiseDoesNot) {
+    cv::Mat a(64, 64, CV_32FC4, cv::Scalar(.25, .25, .25, 1)), band = a.clone(), noise = a.clone();
+    const float up = float(srgbDecode(srgbEncode(.25) + 3 / 255.)),
+                down = float(srgbDecode(srgbEncode(.25) - 3 / 255.));
+    for (int j = 0; j < 64; j++)
+        for (int i = 0; i < 64; i++) {
+            band.at<cv::Vec4f>(j, i)[1] = j < 32 ? up : down;
+            noise.at<cv::Vec4f>(j, i)[1] = (i + j) % 2 ? up : down;
+        }
+    const cv::Vec3d banded = pictureDifference(band, a), noisy = pictureDifference(noise, a);
+    for (int k = 0; k < 3; k++) EXPECT_NEAR(banded[k], 3, 1e-4);
+    EXPECT_NEAR(noisy[0], 3, 1e-4);
+    EXPECT_NEAR(noisy[1], 3, 1e-4);
+    EXPECT_NEAR(noisy[2], 0, 1e-4);
+    EXPECT_EQ(pictureDifference(a, a), cv::Vec3d());
+    // A frame's edge may cut a block.
+    EXPECT_NEAR(pictureDifference(band({0, 0, 17, 17}), a({0, 0, 17, 17}))[2], 3, 1e-4);
+}
+
+TEST_F(Papers, ShippedExperimentsAreReadAndNameWhatExists) {
+    const auto experiments = readPapers(shippedPapers(), EffectRegistry::standard());
+    EXPECT_EQ(experiments.size(), 7u);
+    for (const auto& e : experiments) {
+        EXPECT_FALSE(e.paper.empty() || e.title.empty() || e.measured.empty());
+        EXPECT_GE(e.rows.size(), 3u) << e.title;
+    }
+}
+
+TEST_F(Papers, RowsAreComparedWithTheOneNamed) {
+    const std::string path =
+        write("p.json", R"({"experiments": [{"paper": "P", "title": "T", "measured": "M", "against": "thin",
+        "rows": [{"name": "thick", "paper": "5 ms", "effects": [{"effect": "depth_fog", "visibility": 20}]},
+                 {"name": "thin", "effects": [{"effect": "depth_fog", "visibility": 2000}]},
+                 {"name": "same", "effects": [{"effect": "depth_fog", "visibility": 2000}]},
+                 {"name": "small", "size": "8x4", "effects": [{"effect": "depth_fog"}]}]}]})");
+    auto runner = makeCpuRunner();
+    FramePair frame = benchFrames({32, 18})[0];
+    frame.name = "street";
+    size_t calls = 0;
+    const auto results = runPapers(readPapers(path, EffectRegistry::standard()), {frame}, {runner.get()},
+                                   [&](const PaperResult&) { calls++; });
+    ASSERT_EQ(results.size(), 4u);
+    EXPECT_EQ(calls, 4u);
+    EXPECT_GT(results[0].worst, 10);
+    EXPECT_TRUE(results[0].hasDifference);
+    EXPECT_FALSE(results[1].hasDifference);
+    EXPECT_EQ(results[2].worst, 0);
+    EXPECT_TRUE(results[2].hasDifference);
+    EXPECT_EQ(results[3].size, cv::Size(8, 4));
+    EXPECT_FALSE(results[3].hasDifference) << "another size cannot be compared";
+    for (const auto& r : results) {
+        EXPECT_EQ(r.problem, "");
+        EXPECT_GT(r.milliseconds, 0);
+    }
+    const std::string page = papersPage(results);
+    for (const char* part : {"<h2>T</h2>", "5 ms", "compared with this", "street"})
+        EXPECT_NE(page.find(part), std::string::npos) << part;
+    EXPECT_NE(toCsv(results).find("\"thick\",\"5 ms\",\"thin\",\"cpu\""), std::string::npos);
+}
+
+TEST_F(Papers, MistakesNameThePlace) {
+    auto of = [&](const std::string& text) {
+        const std::string path = write("p.json", text);
+        return mistake([&] { readPapers(path, EffectRegistry::standard()); });
+    };
+    EXPECT_NE(of(R"({"experiments": [{"titel": ""}]})")
+                  .find("experiments[0]: unknown key 'titel' (did you mean 'title'?)"),
+              std::string::npos);
+    EXPECT_NE(
+        of(R"({"experiments": [{"rows": [{"name": "a"}]}]})").find("rows[0]: needs a preset or effects"),
+        std::string::npos);
+    EXPECT_NE(of(R"({"experiments": [{"against": "b", "rows": [{"name": "a", "preset": "haze_5km"}]}]})")
+                  .find("no row 'b'"),
+              std::string::npos);
+    EXPECT_NE(mistake([] { readPapers("missing.json", EffectRegistry::standard()); }).find("missing.json"),
+              std::string::npos);
+}
+
+TEST_F(Papers, APeerIsGivenTheFrameAndReadBack) {
+    auto effect = EffectRegistry::standard().find("depth_fog");
+    const auto values = defaultValues(effect->header.parameters);
+    FramePair frame = benchFrames({12, 7})[0];
+    const std::string good = write("good", R"sh(#!/bin/sh
+grep -q '"width": 12' "$1/job.json" && grep -q '"visibility": 200' "$1/job.json" && grep -q '"repetitions": 3' "$1/job.json" || exit 1
+[ "$(wc -c < "$1/depth.f32")" -eq 336 ] || exit 1
+cp "$1/color.f32" "$1/output.f32"
+echo '{"device": "a shell", "milliseconds": [3, 1, 2]}' > "$1/result.json"
+)sh");
+    const PeerResult result = runPeer(good, effect->header, values, frame, 3);
+    EXPECT_EQ(result.device, "a shell");
+    EXPECT_EQ(result.timing.median(), 2);
+    EXPECT_EQ(cv::norm(result.output, frame.color), 0);
+
+    auto failing = [&](const std::string& script) {
+        const std::string path = write("bad", "#!/bin/sh\n" + script);
+        return mistake([&] { runPeer(path, effect->header, values, frame, 3); });
+    };
+    EXPECT_EQ(failing("echo first >&2; echo needs a thing >&2; exit 69"), "needs a thing");
+    EXPECT_NE(failing("echo why >&2; exit 4").find("status 4: why"), std::string::npos);
+    EXPECT_NE(failing("exit 0").find("result.json"), std::string::npos);
+    EXPECT_NE(
+        failing("echo '{\"device\": \"\", \"milliseconds\": [1]}' > $1/result.json; echo > $1/output.f32")
+            .find("not 1344 bytes"),
+        std::string::npos);
+    EXPECT_NE(mistake([&] {
+                  runPeer(folder_ + "/none", effect->header, values, frame, 3);
+              }).find("cannot be started"),
+              std::string::npos);
+}
+
+}  // namespace
+}  // namespace brume
