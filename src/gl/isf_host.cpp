@@ -69,6 +69,19 @@ vec4 isf_texture2DLod(sampler2D image, vec2 p, float lod) { return IMG_NORM_PIXE
 vec4 isf_texture2DRect(sampler2D image, vec2 p) { return isf_atPixel(image, p); }
 )";
 
+// GLSL leaves the power of a negative number undefined, and llvmpipe and others make NaN of it; the compilers
+// that published files were written with multiplied where the exponent is whole.
+const char* const powerFunctions = R"(
+float isf_pow(float x, float y) {
+    if (x >= 0.0 || y != floor(y)) return pow(x, y);
+    float power = pow(-x, y);
+    return mod(y, 2.0) == 0.0 ? power : -power;
+}
+vec2 isf_pow(vec2 x, vec2 y) { return vec2(isf_pow(x.x, y.x), isf_pow(x.y, y.y)); }
+vec3 isf_pow(vec3 x, vec3 y) { return vec3(isf_pow(x.xy, y.xy), isf_pow(x.z, y.z)); }
+vec4 isf_pow(vec4 x, vec4 y) { return vec4(isf_pow(x.xy, y.xy), isf_pow(x.zw, y.zw)); }
+)";
+
 // 420pack lets local constants have values known only at run time, as older compilers did. brume's functions
 // come before the uniforms, whose names may hide functions that they call.
 // The pass is a constant, so that each compiles its own share only of what a file with ten of them holds.
@@ -76,7 +89,7 @@ std::string head(const EffectHeader& header, size_t pass, size_t ownFile) {
     std::ostringstream out;
     out << "#version 330 core\n#extension GL_ARB_shading_language_420pack : enable\n#line 1 " << ownFile
         << "\n"
-        << samplingFunctions;
+        << samplingFunctions << powerFunctions;
     for (const auto& [type, name] : hostUniforms(header)) out << "uniform " << type << " " << name << ";\n";
     out << "const int PASSINDEX = " << pass << ";\n";
     return out.str();

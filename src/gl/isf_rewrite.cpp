@@ -55,6 +55,7 @@ const std::map<std::string, std::string> renamed = {
     {"texture2DProj", "textureProj"},
     {"texture2DRect", "isf_texture2DRect"},
     {"sampler2DRect", "sampler2D"},
+    {"pow", "isf_pow"},
     {"attribute", "in"},
 };
 
@@ -289,7 +290,7 @@ std::string rewriteIsf(const std::string& source, IsfStage stage, const std::set
             tokens[k] = {Token::Kind::Space, " "};
     }
     std::set<std::string> variables = hostNames;
-    variables.insert("gl_FragCoord");
+    variables.insert({"gl_FragCoord", "pow"});
     bool isDirective = false;  // there a name may stand for a function too
     for (size_t k = 0; k < tokens.size(); k++) {
         if (tokens[k].text == "#") {
