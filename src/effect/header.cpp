@@ -118,6 +118,10 @@ void readImported(const json& imported, EffectHeader& header, const Where& where
         std::string name = textOf(item, "NAME", where);
         if (name.empty() && !imported.is_array()) name = key;
         if (name.empty()) where.in("IMPORTED").fail("NAME is missing");
+        if (item.contains("PATH") && item["PATH"].is_array())
+            where.in("IMPORTED")
+                .fail("'", name, "' is a cube map of ", item["PATH"].size(),
+                      " images; brume reads one image a name");
         const std::string path = textOf(item, "PATH", where);
         if (path.empty()) where.in("IMPORTED").fail("'", name, "': PATH is missing");
         header.imported.push_back({name, (folder / path).string()});

@@ -88,7 +88,26 @@ void main() { gl_FragColor = vec4(1.0); })");
     EXPECT_EQ(findParameter(header.parameters, "n")->values, (std::vector<long>{3, 4}));
 }
 
+TEST(Header, AForeignFilesFrameMayHaveAnyName) {
+    auto header = [](const std::string& inputs) {
+        return parseHeader("f.fs", "/*{\"INPUTS\": [" + inputs + "]}*/ void main() {}");
+    };
+    const std::string a = R"({"NAME": "a", "TYPE": "image"})", b = R"({"NAME": "b", "TYPE": "image"})",
+                      start = R"({"NAME": "startImage", "TYPE": "image"})",
+                      input = R"({"NAME": "inputImage", "TYPE": "image"})";
+    EXPECT_EQ(header(a + "," + b).mainImage(), "a");
+    EXPECT_EQ(header(a + "," + start).mainImage(), "startImage");
+    EXPECT_EQ(header(a + "," + start + "," + input).mainImage(), "inputImage");
+    EXPECT_EQ(header(R"({"NAME": "n", "TYPE": "float"})").mainImage(), "");
+    auto on = header(R"({"NAME": "x", "TYPE": "bool", "DEFAULT": "TRUE"}, {"NAME": "y", "TYPE": "bool",
+                        "DEFAULT": "FALSE"})");
+    EXPECT_EQ(on.parameters[0].defaultValue.numbers[0], 1);
+    EXPECT_EQ(on.parameters[1].defaultValue.numbers[0], 0);
+}
+
 TEST(Header, RefusesWhatIsNoEffect) {
+    EXPECT_TRUE(has(mistake(R"({"IMPORTED": [{"NAME": "sky", "PATH": ["a.jpg", "b.jpg"], "TYPE": "cube"}]})"),
+                    "'sky' is a cube map of 2 images"));
     for (const char* text :
          {"", "void main() {}", "/* no json */ void main() {}", "/* { ", "/*[]*/", "/*{*/"})
         EXPECT_THROW(parseHeader("x.fs", text), Error) << text;
