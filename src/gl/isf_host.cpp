@@ -95,6 +95,23 @@ std::string head(const EffectHeader& header, size_t pass, size_t ownFile) {
     return out.str();
 }
 
+// What version 1 knew of each image: its rectangle and size in px. Declared where they are used only.
+std::string imageRectangles(const EffectHeader& header, const std::set<std::string>& identifiers) {
+    std::string declarations;
+    for (const auto& [type, name] : hostUniforms(header)) {
+        if (type != "sampler2D") continue;
+        const std::string size = "vec2(textureSize(" + name + ", 0))";
+        const std::string written = "_" + (name.rfind("isf_n_", 0) == 0 ? name.substr(6) : name);
+        if (identifiers.count(written + "_imgSize"))
+            declarations += "vec2 " + written + "_imgSize = " + size + ";\n";
+        if (identifiers.count(written + "_imgRect"))
+            declarations += "vec4 " + written + "_imgRect = vec4(0.0, 0.0, " + size + ");\n";
+        if (identifiers.count(written + "_flip"))
+            declarations += "const bool " + written + "_flip = false;\n";
+    }
+    return declarations;
+}
+
 const char* const fragmentFunctions = R"(
 vec4 IMG_THIS_PIXEL(sampler2D image) { return IMG_NORM_PIXEL(image, isf_FragNormCoord); }
 vec4 IMG_THIS_NORM_PIXEL(sampler2D image) { return IMG_NORM_PIXEL(image, isf_FragNormCoord); }
@@ -158,6 +175,7 @@ ShaderText vertexShader(const EffectHeader& header, size_t pass, const std::stri
     if (uses.identifiers.count("gl_TexCoord")) source += "out vec4 isf_TexCoord[8];\n";
     std::string assignments;
     source += stopgapVaryings(fragment.varyings, uses.varyings, assignments);
+    source += imageRectangles(header, uses.identifiers);
     source += "#line 1 0\n" + body + "\n#line 1 1\nvoid main() { isf_vertShaderInit(); " + assignments +
               (uses.definesMain ? "isf_main(); " : "") + "}\n";
     return {GL_VERTEX_SHADER, source, {path.empty() ? header.path : path}};
@@ -182,7 +200,7 @@ std::vector<ShaderText> isfPassSource(const Step& step, size_t pass) {
     if (uses.identifiers.count("gl_TexCoord"))
         source += vertexPath.empty() ? "#define isf_TexCoord vec4[1](vec4(isf_FragNormCoord, 0.0, 1.0))\n"
                                      : "in vec4 isf_TexCoord[8];\n";
-    source += fragmentFunctions + body;
+    source += fragmentFunctions + imageRectangles(header, uses.identifiers) + body;
     source +=
         text("\n#line 1 ", expanded.files.size(), "\nvoid main() { isf_FragColor = vec4(0.0); isf_main(); ",
              uses.output.empty() ? "" : "isf_FragColor = " + uses.output + "; ", "}\n");
