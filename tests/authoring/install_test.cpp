@@ -16,7 +16,8 @@ TEST_F(Installed, AllOfItIsThereAsFilesOfItsOwn) {
                              "lib/brume/effects/depth_fog/depth_fog.fs", "lib/brume/glsl/kit/image.glsl",
                              "lib/brume/glsl/common/noise.glsl", "include/brume/common/noise.hpp",
                              "include/brume/effect/plugin.hpp", "include/brume/effect/kit/math.hpp",
-                             "lib/brume/presets/visibility_200.json", "lib/cmake/brume/brumeConfig.cmake"})
+                             "lib/brume/presets/visibility_200.json", "lib/cmake/brume/brumeConfig.cmake",
+                             "share/doc/brume/AUTHORING.md"})
         EXPECT_TRUE(fs::is_regular_file(prefix() / file)) << file;
     for (const auto& item : fs::recursive_directory_iterator(prefix()))
         EXPECT_FALSE(item.is_symlink()) << item.path();
@@ -74,6 +75,7 @@ TEST_F(Installed, WhatNewWritesBuildsAndPassesAsItStands) {
     auto ran = installed("brume new morning_mist");
     ASSERT_EQ(ran.status, 0) << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("-DCMAKE_PREFIX_PATH=" + prefix().string()));
+    EXPECT_THAT(ran.out, HasSubstr(prefix().string() + "/share/doc/brume/AUTHORING.md"));
     std::set<std::string> wanted = {"frame.exr"};
     for (const char* file : {"CMakeLists.txt", "morning_mist.cpp", "morning_mist.fs", "morning_mist.json",
                              "morning_mist_test.cpp"})
