@@ -25,17 +25,18 @@ double millisecondsBetween(Clock::time_point a, Clock::time_point b) {
     return std::chrono::duration<double, std::milli>(b - a).count();
 }
 
-bool isSoftware(const Window& window) {
+// On the thread that has the window's context.
+bool drawsInSoftware(const Window& window) {
     const auto* renderer = reinterpret_cast<const char*>(window.gl().GetString(GL_RENDERER));
     return renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
 }
 
 // "auto" takes GL where a real GPU draws the window, or where an effect has no CPU half; as apply does.
-std::string chosenBackend(const std::string& wanted, const Window& window, const Chain& chain) {
+std::string chosenBackend(const std::string& wanted, bool isSoftware, const Chain& chain) {
     if (wanted != "auto") return wanted;
     const bool needsGl = std::any_of(chain.steps.begin(), chain.steps.end(),
                                      [](const Step& step) { return step.enabled && !step.effect->plugin; });
-    return isSoftware(window) && !needsGl ? "cpu" : "gl";
+    return isSoftware && !needsGl ? "cpu" : "gl";
 }
 
 }  // namespace
@@ -45,13 +46,15 @@ App::App(const PreviewOptions& given, Settings remembered)
       settings(std::move(remembered)),
       window(given.window.empty() ? settings.window : given.window, "brume"),
       ui(given.state),
-      session(EffectRegistry::standard()) {
+      session(EffectRegistry::standard()),
+      isSoftware(drawsInSoftware(window)) {
+    session.say("F1 shows keys and gestures");
     if (!options.trace.empty()) trace_.open(options.trace);
     settings.tab += "!";  // the one to open
     if (!options.words.frames.empty()) session.openFrames(options.words);
     if (!options.preset.empty()) session.openPreset(options.preset);
     playing.framesPerSecond = options.words.framesPerSecond;
-    backend = chosenBackend(options.backend, window, session.chain());
+    backend = chosenBackend(options.backend, isSoftware, session.chain());
     const std::vector<std::pair<std::string, Show>> shows = {
         {"result", Show::Result}, {"before", Show::Before}, {"wipe", Show::Wipe},
         {"blink", Show::Blink},   {"depth", Show::Depth},   {"difference", Show::Difference}};
@@ -78,7 +81,7 @@ App::App(const PreviewOptions& given, Settings remembered)
 // does not.
 std::unique_ptr<Runner> App::makeRunner(const std::string& name) const {
     if (name == "cpu") return makeCpuRunner();
-    if (isSoftware(window)) return makeGlRunner(GlPlatform::Osmesa);
+    if (isSoftware) return makeGlRunner(GlPlatform::Osmesa);
     return makeGlRunner(std::make_shared<GlThread>([this] { return window.makeWorkerContext(); }));
 }
 
@@ -132,7 +135,7 @@ void App::run() {
         draw();
         if (session.revision() != seenRevision_) {
             seenRevision_ = session.revision();
-            inputs_.emplace_back(seenRevision_, inputTime);
+            if (rendered) inputs_.emplace_back(seenRevision_, inputTime);
         }
         submit();
         if (!options.screenshot.empty() && rendered && rendered->isFinal && !isBusy() && redraws_ == 0 &&

@@ -58,6 +58,7 @@ class App {
     ScreenTexture after, before;
     std::map<std::string, ScreenTexture> thumbnails;
 
+    const bool isSoftware;  ///< llvmpipe draws the window
     bool isHelpOpen = false, isDragging = false, isQuitting = false;
     std::string popup;                ///< to open in this frame: "save preset", "save image", "open"
     std::string screenshotWanted;     ///< a file to write the window to, as drawn in this frame

@@ -95,6 +95,9 @@ void drawParameter(App& app, size_t place, const Parameter& p, const std::vector
     ImGui::PopID();
 }
 
+// Tables of no group are tall: they come last.
+bool isLoose(const Parameter& p) { return p.group.empty() && p.type == ParameterType::List; }
+
 void drawImages(App& app, size_t place, const std::vector<std::string>& images) {
     const Step step = app.session.chain().steps[place];
     const float width = (ImGui::GetContentRegionAvail().x - 130) / 2;
@@ -156,9 +159,11 @@ void drawParameters(App& app, size_t place) {
         if (!isOpen) continue;
         ImGui::PushID(group.c_str());
         for (const Parameter& p : effect->header.parameters)
-            if (p.group == group && p.name != main) drawParameter(app, place, p, images);
+            if (p.group == group && p.name != main && !isLoose(p)) drawParameter(app, place, p, images);
         ImGui::PopID();
     }
+    for (const Parameter& p : effect->header.parameters)
+        if (isLoose(p)) drawParameter(app, place, p, images);
     drawImages(app, place, images);
 }
 

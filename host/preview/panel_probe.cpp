@@ -23,7 +23,7 @@ void drawProbe(App& app) {
     const auto lines = probeLines(probe);
     const float scale = float(app.window.contentScale());
     const float line = ImGui::GetTextLineHeight() + 3 * scale, padding = 12 * scale;
-    const float labels = 78 * scale, width = 300 * scale, height = line * float(lines.size()) + 2 * padding;
+    const float labels = 108 * scale, width = 336 * scale, height = line * float(lines.size()) + 2 * padding;
     const cv::Rect2d area = app.look.view.area();
     const ImVec2 mouse = ImGui::GetIO().MousePos;
     const float margin = 14 * scale;

@@ -47,7 +47,8 @@ void drawOverview(App& app) {
     row("chain", milliseconds(r.runMilliseconds) + " wall, plan and read-back included" +
                      (r.scale > 1 ? text(", at 1/", r.scale, " size") : std::string()));
     row("to 8 bits", milliseconds(r.showMilliseconds));
-    row("pictures", text(float(std::round(app.frameRate * 10) / 10), " a second lately"));
+    if (app.frameRate > 0)
+        row("pictures", text(float(std::round(app.frameRate * 10) / 10), " a second lately"));
     if (app.lastLatency > 0) row("slider to picture", milliseconds(app.lastLatency));
     double images = 0;
     for (const auto& [name, image] : r.images) images += double(image.total() * image.elemSize()) / (1 << 20);
@@ -101,6 +102,7 @@ void drawPlan(App& app) {
     ImGui::TextUnformatted("The plan");
     ImGui::PopFont();
     for (const Decision& d : decisionsOf(app.rendered->job.chain, app.rendered->decisions)) {
+        ImGui::Dummy({0, 1});
         ImGui::TextUnformatted(d.id.c_str());
         ImGui::SameLine();
         ImGui::TextColored(d.chosen.empty() ? colors::dim : colors::accent, "%s",

@@ -82,7 +82,7 @@ std::vector<std::pair<std::string, std::string>> probeLines(const Probe& p) {
                       p.direction[2]);
         lines.emplace_back("world", words);
     }
-    lines.emplace_back("transmit.", p.transmittance ? three(*p.transmittance) : "…");
+    lines.emplace_back("transmittance", p.transmittance ? three(*p.transmittance) : "…");
     return lines;
 }
 

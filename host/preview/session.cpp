@@ -34,6 +34,8 @@ ReadOptions Session::readOptions() const {
 void Session::openFrames(const FrameWords& words) {
     auto frames = expandFrames(words.frames, words.depth);
     if (frames.empty()) failIo("there are no frames in ", words.frames.empty() ? "nothing" : words.frames[0]);
+    for (const FrameFiles& files : frames)
+        if (!fs::exists(files.color)) failIo(files.color, ": there is no such file");
     const FrameWords before = words_;
     words_ = words;
     try {
@@ -74,7 +76,21 @@ static void keepSources(Chain& chain) {
     }
 }
 
+// The registry gives effects as their files were when it first read them.
+void Session::bringUpToDate(Chain& chain) const {
+    std::map<std::string, std::shared_ptr<const Effect>> now;  // by path
+    for (const Step& step : this->chain().steps) now[step.effect->header.path] = step.effect;
+    for (size_t k = 0; k < chain.steps.size(); k++) {
+        const std::string path = chain.steps[k].effect->header.path;
+        auto& effect = now[path];
+        std::error_code none;
+        if (!effect && fs::last_write_time(path, none) > started_) effect = loadAnew(path);
+        if (effect && effect != chain.steps[k].effect) replaceEffect(chain, effect);
+    }
+}
+
 void Session::adopt(Chain chain, const std::string& what) {
+    bringUpToDate(chain);
     keepSources(chain);
     history_.push(std::move(chain), what);
     trial_.reset();
@@ -121,6 +137,14 @@ void Session::openAny(const std::vector<std::string>& paths) {
 
 void Session::savePreset(const std::string& path) {
     const std::string written = writePreset(chain());
+    for (const Step& step : chain().steps) {
+        const auto names = registry_.names();
+        const std::string& name = step.effect->name();
+        if (std::find(names.begin(), names.end(), name) == names.end() ||
+            registry_.find(name)->header.path != step.effect->header.path)
+            failUsage(path, ": a preset names effects that 'brume list' shows; add the folder of ",
+                      step.effect->header.path, " to BRUME_EFFECT_PATH");
+    }
     const Chain readBack = parsePreset(written, path, registry_);
     if (writePreset(readBack) != written)
         throw Error(ErrorKind::CheckFailed, path + ": the preset would not be read back as it is");
@@ -164,9 +188,11 @@ void Session::resetValue(size_t step, const Parameter& parameter) {
 }
 
 void Session::addEffect(const std::string& nameOrPath) {
-    auto effect = registry_.find(nameOrPath);
-    edit("adding " + effect->name(), "",
-         [&](Chain& next) { insertStep(next, next.steps.size(), newStep(effect)); });
+    Chain one;
+    one.steps.push_back(newStep(registry_.find(nameOrPath)));
+    bringUpToDate(one);
+    edit("adding " + one.steps[0].effect->name(), "",
+         [&](Chain& next) { insertStep(next, next.steps.size(), newStep(one.steps[0].effect)); });
     watchFiles();
 }
 

@@ -83,6 +83,7 @@ class Session {
 
   private:
     void adopt(Chain chain, const std::string& what);
+    void bringUpToDate(Chain& chain) const;
     std::shared_ptr<const Effect> loadAnew(const std::string& fsPath) const;
     void reloadPreset();
     void reloadEffects(const std::vector<std::string>& changed);
@@ -90,6 +91,7 @@ class Session {
     void changed() { revision_++; }
 
     const EffectRegistry& registry_;
+    const std::filesystem::file_time_type started_ = std::filesystem::file_time_type::clock::now();
     FrameWords words_;
     std::vector<FrameFiles> frames_;
     size_t current_ = 0;

@@ -133,6 +133,7 @@ void PreviewWindow::SetUp() {
     if (!Desktop::instance()) GTEST_SKIP() << "Xvfb or xdotool is not installed";
     environment_ = {{"DISPLAY", Desktop::instance()->display()},
                     {"XDG_CONFIG_HOME", path("config")},
+                    {"BRUME_EFFECT_PATH", path("effects")},
                     {"WAYLAND_DISPLAY", ""}};
 }
 
@@ -268,7 +269,7 @@ void PreviewWindow::expectPicture(const cv::Mat& bytes, const std::string& what)
 }
 
 cv::Mat PreviewWindow::applied(const std::string& arguments) {
-    const Ran ran = brume("apply " + arguments + " -o applied.png");
+    const Ran ran = run(folder_, "BRUME_EFFECT_PATH=effects BRUME apply " + arguments + " -o applied.png");
     EXPECT_EQ(ran.status, 0) << ran.err;
     const cv::Mat stored = readImage(path("applied.png"));  // fractions of 255
     cv::Mat bytes;

@@ -39,7 +39,8 @@ TEST_F(PreviewWindow, EffectsAreAddedMovedDuplicatedSwitchedAndRemoved) {
     dragTo(middleOf("step.blend"), middleOf("step.debug_depth"));
     waitFor("moved", stackIs({"blend", "debug_depth", "debug_depth2"}));
     click("step.debug_depth.on");
-    waitFor("switched off", [](const json& s) { return s["preset"]["effects"][1].value("enabled", true) == false; });
+    waitFor("switched off",
+            [](const json& s) { return s["preset"]["effects"][1].value("enabled", true) == false; });
     click("step.debug_depth2.remove");
     waitFor("removed", stackIs({"blend", "debug_depth"}));
     for (int k = 0; k < 3; k++) key("ctrl+z");
@@ -65,7 +66,8 @@ TEST_F(PreviewWindow, ValuesAreTypedResetAndListed) {
     xdotool("keyup ctrl");
     waitFor("the text", [](const json& s) { return s["typing"] == true; });
     type("0.0123456789");
-    hold("Return", "taken", [](const json& s) { return s["preset"]["effects"][0].value("density", 0.) == .0123456789; });
+    hold("Return", "taken",
+         [](const json& s) { return s["preset"]["effects"][0].value("density", 0.) == .0123456789; });
     click("volume_fog.density.reset");
     waitFor("reset", [](const json& s) { return !s["preset"]["effects"][0].contains("density"); });
 

@@ -23,9 +23,9 @@ std::function<bool(const json&)> hasError(const std::string& part) {
 
 TEST_F(PreviewWindow, AShaderIsReloadedAndAMistakeKeepsTheLastGoodOne) {
     addFrame("frame.exr", {240, 150});
-    addText("tint/tint.fs", std::string(head) + body);
-    addText("tint/shade.glsl", "vec3 shade() { return vec3(amount, 0.25, 0.25); }\n");
-    addText("tint.json", R"({"effects": [{"effect": "tint/tint.fs", "amount": 0.75}]})");
+    addText("effects/tint/tint.fs", std::string(head) + body);
+    addText("effects/tint/shade.glsl", "vec3 shade() { return vec3(amount, 0.25, 0.25); }\n");
+    addText("tint.json", R"({"effects": [{"effect": "tint", "amount": 0.75}]})");
     start("frame.exr tint.json");
     key("1");
     waitFor("one to one", [](const json& s) { return s["zoom"] == 1; });
@@ -33,7 +33,7 @@ TEST_F(PreviewWindow, AShaderIsReloadedAndAMistakeKeepsTheLastGoodOne) {
     expectPicture(first, "the shader as opened");
 
     // A mistake: named by file and line, and the picture stays.
-    addText("tint/tint.fs", std::string(head) + "\nvoid main() { store(vec4(nonsense)); }\n");
+    addText("effects/tint/tint.fs", std::string(head) + "\nvoid main() { store(vec4(nonsense)); }\n");
     waitFor("the mistake", hasError("tint.fs:6"));
     EXPECT_THAT(state()["error"].get<std::string>(), HasSubstr("nonsense"));
     // Even while a parameter moves: what runs is the last good shader.
@@ -41,25 +41,26 @@ TEST_F(PreviewWindow, AShaderIsReloadedAndAMistakeKeepsTheLastGoodOne) {
     waitSettled();
     expectPicture(first, "the last good shader");
 
-    addText("tint/tint.fs", std::string(head) + body);
+    addText("effects/tint/tint.fs", std::string(head) + body);
     waitFor("mended", [](const json& s) { return s["error"] == "" && s["settled"] == true; });
     expectPicture(first, "the mended shader");
 
     // An include, mistaken and mended.
-    addText("tint/shade.glsl", "vec3 shade() { return vec3(0.25, amount, 0.25) }\n");
+    addText("effects/tint/shade.glsl", "vec3 shade() { return vec3(0.25, amount, 0.25) }\n");
     waitFor("the include's mistake", hasError("shade.glsl:1"));
     expectPicture(first, "the last good include");
-    addText("tint/shade.glsl", "vec3 shade() { return vec3(0.25, amount, 0.25); }\n");
+    addText("effects/tint/shade.glsl", "vec3 shade() { return vec3(0.25, amount, 0.25); }\n");
     waitFor("mended", [](const json& s) { return s["error"] == ""; });
     const cv::Mat second = applied("tint.json frame.exr --backend gl");
     EXPECT_GT(cv::norm(first, second, cv::NORM_INF), 3);
     expectPicture(second, "the include as mended");
 
     // The preset, mistaken and mended.
-    addText("tint.json", R"({"effects": [{"effect": "tint/tint.fs", "amout": 0.1}]})");
+    addText("tint.json", R"({"effects": [{"effect": "tint", "amout": 0.1}]})");
     waitFor("the preset's mistake", hasError("amout"));
-    addText("tint.json", R"({"effects": [{"effect": "tint/tint.fs", "amount": 0.1}]})");
-    waitFor("mended", [](const json& s) { return s["error"] == "" && s["preset"]["effects"][0]["amount"] == .1; });
+    addText("tint.json", R"({"effects": [{"effect": "tint", "amount": 0.1}]})");
+    waitFor("mended",
+            [](const json& s) { return s["error"] == "" && s["preset"]["effects"][0]["amount"] == .1; });
     expectPicture(applied("tint.json frame.exr --backend gl"), "the preset as mended");
     quit();
 }
@@ -67,16 +68,17 @@ TEST_F(PreviewWindow, AShaderIsReloadedAndAMistakeKeepsTheLastGoodOne) {
 TEST_F(PreviewWindow, ARebuiltPluginRunsItsNewCode) {
     addFrame("frame.exr", {240, 150});
     const std::string fixtures = BRUME_BINARY_DIR "/tests/effects";
-    std::filesystem::create_directories(path("variant"));
+    std::filesystem::create_directories(path("effects/variant"));
     auto build = [&](const std::string& which) {
         const auto how = std::filesystem::copy_options::overwrite_existing;
         for (const char* ending : {".fs", ".so"})
             std::filesystem::copy_file(fixtures + "/variant_" + which + "/variant_" + which + ending,
-                                       path("variant/pending"), how),
-                std::filesystem::rename(path("variant/pending"), path(std::string("variant/variant") + ending));
+                                       path("effects/variant/pending"), how),
+                std::filesystem::rename(path("effects/variant/pending"),
+                                        path(std::string("effects/variant/variant") + ending));
     };
     build("a");
-    addText("variant.json", R"({"effects": [{"effect": "variant/variant.fs"}]})");
+    addText("variant.json", R"({"effects": [{"effect": "variant"}]})");
     start("frame.exr variant.json --backend cpu");
     key("1");
     waitFor("one to one", [](const json& s) { return s["zoom"] == 1; });
@@ -96,11 +98,13 @@ TEST_F(PreviewWindow, SaysWhatToDoWithoutADisplayOrWithAnOldOpenGl) {
     EXPECT_EQ(none.status, 2);
     EXPECT_THAT(none.err, testing::StartsWith("brume: preview: there is no display"));
     EXPECT_THAT(none.err, HasSubstr("xvfb-run"));
-    const Ran old = run(folder_, "env DISPLAY=" + display + " MESA_GL_VERSION_OVERRIDE=3.3 BRUME preview frame.exr");
+    const Ran old =
+        run(folder_, "env DISPLAY=" + display + " MESA_GL_VERSION_OVERRIDE=3.3 BRUME preview frame.exr");
     EXPECT_EQ(old.status, 2);
     EXPECT_THAT(old.err, HasSubstr("no OpenGL 4.5 core"));
     EXPECT_THAT(old.err, HasSubstr("update the graphics driver"));
-    for (const Ran& ran : {none, old}) EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    for (const Ran& ran : {none, old})
+        EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
 }
 
 }  // namespace
