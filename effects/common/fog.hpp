@@ -2,14 +2,56 @@
 // marked BRUME_VECTORISE: they are plain loops over pixels.
 #pragma once
 
+#include <algorithm>
 #include <opencv2/core/matx.hpp>
 
 #include "effect/kit/math.hpp"
+#include "effect/plugin.hpp"
 
 namespace brume {
 
 /// px worked on at a time: the arrays of a tile stay in the first-level cache.
-constexpr int fogTileSize = 256;
+constexpr int fogTileSize = 128;
+
+/// A tile of one row, and the memory of the tile after it. That is asked for in four parts, between the
+/// stages of this tile, so that it comes while they compute: the processor's own prefetching begins anew with
+/// each tile, and cannot take all at once.
+struct FogSpan {
+    const float *depth, *in;
+    float *out, *transmittance;  ///< transmittance may be null
+    int row, first, count, next;
+    float y;  ///< of the pixels' rays
+
+    BRUME_INLINE void fetch(int quarter) const {
+        const int end = next * (quarter + 1) / 4;
+        for (int i = (next * quarter / 4) & ~15; i < end; i += 16) {
+            __builtin_prefetch(depth + count + i);
+            for (int k = 0; k < 64; k += 16) {
+                __builtin_prefetch(in + 4 * (count + i) + k);
+                __builtin_prefetch(out + 4 * (count + i) + k, 1);
+            }
+        }
+    }
+};
+
+/// Of the work below: a function called, not inlined, would miss the instructions its caller was built for.
+#define BRUME_INLINED __attribute__((always_inline))
+
+/// Calls work(FogSpan), marked BRUME_INLINED, for every tile of some rows.
+template <class Work>
+BRUME_INLINE void forEachSpan(const CpuContext& c, cv::Range rows, const Work& work) {
+    for (int j = rows.start; j < rows.end; j++) {
+        float* out = const_cast<float*>(c.output.ptr<float>(j));
+        float* transmittance =
+            c.transmittance.empty() ? nullptr : const_cast<float*>(c.transmittance.ptr<float>(j));
+        for (int i = 0; i < c.view.width; i += fogTileSize) {
+            const int left = c.view.width - i, count = std::min(fogTileSize, left);
+            work(FogSpan{c.depth.ptr<float>(j) + i, c.input.ptr<float>(j) + 4 * i, out + 4 * i,
+                         transmittance ? transmittance + 4 * i : nullptr, j, i, count,
+                         std::min(fogTileSize, left - count), c.view.rayY(j)});
+        }
+    }
+}
 
 /// Per pixel: optical depth in, then transmittance and opacity; one channel where all three agree.
 struct FogTile {
@@ -29,44 +71,54 @@ BRUME_INLINE void extinctionTile(FogTile& t, int channels, int count) {
         }
 }
 
+// Four planes into RGBA pixels. A loop of its own: in one with the arithmetic GCC scatters every float by
+// itself.
+BRUME_INLINE void storePlanes(const float (*plane)[fogTileSize], float* out, int count) {
+    for (int i = 0; i < count; i++)
+        for (int n = 0; n < 4; n++) out[4 * i + n] = plane[n][i];
+}
+
 // 3. Composite C·T + A·(1 - T) over RGBA pixels. `airlight` is used unless it varies from pixel to pixel.
 template <bool oneChannel, bool varyingAirlight>
 BRUME_INLINE void compositeTile(const FogTile& t, const cv::Vec3f& airlight, const float* in, float* out,
                                 int count) {
-    const float fixed[3] = {airlight[0], airlight[1],
-                            airlight[2]};  // which no store through `out` can change
+    float plane[4][fogTileSize];
     for (int i = 0; i < count; i++) {
-        const float scene[4] = {in[4 * i], in[4 * i + 1], in[4 * i + 2], in[4 * i + 3]};
         for (int n = 0; n < 3; n++) {
             const float T = t.transmittance[oneChannel ? 0 : n][i],
                         opacity = t.opacity[oneChannel ? 0 : n][i];
-            const float light = varyingAirlight ? t.airlight[n][i] : fixed[n];
+            const float light = varyingAirlight ? t.airlight[n][i] : airlight[n];
             // where T = 0 not even an infinite scene shows; a mask, since three equal selects would become a
             // branch
             const uint32_t shows = 0u - uint32_t(T > 0.0f);
-            const float left = std::bit_cast<float>(std::bit_cast<uint32_t>(scene[n]) & shows);
-            out[4 * i + n] = left * T + light * opacity;
+            const float left = std::bit_cast<float>(std::bit_cast<uint32_t>(in[4 * i + n]) & shows);
+            plane[n][i] = left * T + light * opacity;
         }
-        out[4 * i + 3] = scene[3];
+        plane[3][i] = in[4 * i + 3];
     }
+    storePlanes(plane, out, count);
 }
 
 /// Multiplies the running transmittance image's pixels.
 BRUME_INLINE void transmittanceTile(const FogTile& t, bool oneChannel, float* transmittance, int count) {
-    for (int i = 0; i < count; i++)
-        for (int n = 0; n < 3; n++) transmittance[4 * i + n] *= t.transmittance[oneChannel ? 0 : n][i];
+    float plane[4][fogTileSize];
+    for (int i = 0; i < count; i++) {
+        for (int n = 0; n < 3; n++)
+            plane[n][i] = transmittance[4 * i + n] * t.transmittance[oneChannel ? 0 : n][i];
+        plane[3][i] = transmittance[4 * i + 3];
+    }
+    storePlanes(plane, transmittance, count);
 }
 
-/// All of the above for one tile of a row whose optical depths are known. `transmittance` may be null.
+/// The composite and the running transmittance of one tile, whose transmittance and opacity are known.
 template <bool varyingAirlight>
-BRUME_INLINE void finishTile(FogTile& t, bool oneChannel, const cv::Vec3f& airlight, const float* in,
-                             float* out, float* transmittance, int count) {
-    extinctionTile(t, oneChannel ? 1 : 3, count);
+BRUME_INLINE void storeTile(const FogTile& t, bool oneChannel, const cv::Vec3f& airlight, const FogSpan& s) {
+    s.fetch(3);
     if (oneChannel)
-        compositeTile<true, varyingAirlight>(t, airlight, in, out, count);
+        compositeTile<true, varyingAirlight>(t, airlight, s.in, s.out, s.count);
     else
-        compositeTile<false, varyingAirlight>(t, airlight, in, out, count);
-    if (transmittance) transmittanceTile(t, oneChannel, transmittance, count);
+        compositeTile<false, varyingAirlight>(t, airlight, s.in, s.out, s.count);
+    if (s.transmittance) transmittanceTile(t, oneChannel, s.transmittance, s.count);
 }
 
 }  // namespace brume

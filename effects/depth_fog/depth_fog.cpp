@@ -11,8 +11,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/fog.hpp"
 #include "depth_fog/reference.hpp"
-#include "effect/kit/math.hpp"
 #include "effect/plugin.hpp"
 
 namespace {
@@ -53,8 +53,6 @@ std::vector<double> sunLight(const DepthFog& p, const DeriveContext&) {
 
 // --- CPU -----------------------------------------------------------------------------------------
 
-constexpr int tile = 256;  // px: the working set of a tile stays in L1
-
 // fp32 constants of one call.
 struct Constants {
     float beta[3];
@@ -89,13 +87,11 @@ BRUME_INLINE Extinction limited(Extinction e, float maxOpacity) {
     return {over ? 1.0f - maxOpacity : e.transmittance, over ? maxOpacity : e.opacity};
 }
 
-struct Tile {
-    float distance[tile];          // L, m
-    float transmittance[3][tile];  // one channel where they agree
-    float opacity[3][tile];
-    float airlight[3][tile];  // with the sun, where there is one
+struct Tile : FogTile {
+    float distance[fogTileSize];  // L, m
 };
 
+// 3. Transmittance and opacity of one channel.
 template <int model>
 BRUME_INLINE void fogChannel(const DepthFog& p, const Constants& k, float beta, const float* depth,
                              const float* along, int count, float* transmittance, float* opacity) {
@@ -123,22 +119,19 @@ BRUME_INLINE void fogChannel(const DepthFog& p, const Constants& k, float beta, 
     }
 }
 
-// 2, 3. Distance, then transmittance and opacity, of one tile.
-template <int model>
-BRUME_INLINE void fogTile(const DepthFog& p, const Constants& k, const View& v, const float* depth, int i0,
-                          float y, int count, Tile& t) {
-    float originX = v.originX, inverseFx = v.inverseFx;
+// 2. Distance of the pixels of one tile.
+BRUME_INLINE void distanceTile(const DepthFog& p, const View& v, const FogSpan& s, Tile& t) {
+    const float originX = v.originX, inverseFx = v.inverseFx;
+    const int first = s.first, count = s.count;
+    const float y = s.y;
     if (p.distanceAlong == 0) {
         for (int i = 0; i < count; i++) {
-            float x = (float(i0 + i) + originX) * inverseFx;
-            t.distance[i] = depth[i] * View::rayLength(x, y);
+            float x = (float(first + i) + originX) * inverseFx;
+            t.distance[i] = s.depth[i] * View::rayLength(x, y);
         }
     } else {
-        for (int i = 0; i < count; i++) t.distance[i] = depth[i];
+        for (int i = 0; i < count; i++) t.distance[i] = s.depth[i];
     }
-    int channels = (model == linear || model == power || k.oneBeta) ? 1 : 3;
-    for (int n = 0; n < channels; n++)
-        fogChannel<model>(p, k, k.beta[n], depth, t.distance, count, t.transmittance[n], t.opacity[n]);
 }
 
 // 4. Airlight with the sun's lobe. Everything read in a loop is a local copy: a store to the tile might
@@ -149,7 +142,7 @@ BRUME_INLINE void airlightTile(const DepthFog& p, const Constants& k, const View
     const float offset = p.sunOffset, exponent = p.sunExponent, g = p.sunAnisotropy;
     const float sx = k.toSun[0], sy = k.toSun[1], sz = k.toSun[2];
     const float originX = v.originX, inverseFx = v.inverseFx;
-    float dx[tile], dy[tile], dz[tile], lobe[tile];
+    float dx[fogTileSize], dy[fogTileSize], dz[fogTileSize], lobe[fogTileSize];
     for (int i = 0; i < count; i++) {
         float x = (float(i0 + i) + originX) * inverseFx;
         float unit = 1.0f / View::rayLength(x, y);
@@ -187,92 +180,57 @@ BRUME_INLINE void airlightTile(const DepthFog& p, const Constants& k, const View
     }
 }
 
-typedef float Pixel __attribute__((vector_size(16), aligned(4)));
-typedef int PixelMask __attribute__((vector_size(16)));
-
-// 5. Composite of the plain case: one airlight, mixed in linear light; a pixel's four channels are one
-// vector.
-BRUME_INLINE void compositePlain(const DepthFog& p, const float* tr, const float* tg, const float* tb,
-                                 const float* ar, const float* ag, const float* ab, const float* in,
-                                 float* out, int count) {
-    const Pixel fog = {p.color[0], p.color[1], p.color[2], 0};
-    for (int i = 0; i < count; i++) {
-        Pixel transmittance = {tr[i], tg[i], tb[i], 1};
-        Pixel opacity = {ar[i], ag[i], ab[i], 0};
-        Pixel scene = *reinterpret_cast<const Pixel*>(in + 4 * i);
-        PixelMask visible =
-            transmittance > 0.0f;  // nothing of the scene is left where not: not even infinity
-        scene = reinterpret_cast<Pixel>(reinterpret_cast<PixelMask>(scene) & visible);
-        *reinterpret_cast<Pixel*>(out + 4 * i) = scene * transmittance + fog * opacity;
-    }
-}
-
-// The same with an airlight that varies, or in encoded values: channel by channel, in planes.
-BRUME_INLINE void compositePlanes(const DepthFog& p, const Tile& t, bool oneChannel, const float* in,
-                                  float* out, int count) {
-    for (int i = 0; i < count; i++) out[4 * i + 3] = in[4 * i + 3];
+// 5. Composite in sRGB-encoded values.
+BRUME_INLINE void encodedTile(const DepthFog& p, const Tile& t, bool oneChannel, const FogSpan& s) {
+    float plane[4][fogTileSize];
+    for (int i = 0; i < s.count; i++)
+        for (int n = 0; n < 4; n++) plane[n][i] = s.in[4 * i + n];
     for (int n = 0; n < 3; n++) {
         const float* transmittance = t.transmittance[oneChannel ? 0 : n];
         const float* opacity = t.opacity[oneChannel ? 0 : n];
-        float scene[tile], airlight[tile], mixed[tile];
-        for (int i = 0; i < count; i++) scene[i] = in[4 * i + n];
-        for (int i = 0; i < count; i++) airlight[i] = p.sun == noSun ? p.color[n] : t.airlight[n][i];
-        if (p.mixing == 1) {
-            for (int i = 0; i < count; i++)
-                mixed[i] =
-                    attenuated(encodeSrgb(scene[i]), transmittance[i]) + encodeSrgb(airlight[i]) * opacity[i];
-            for (int i = 0; i < count; i++) mixed[i] = decodeSrgb(mixed[i]);
-        } else {
-            for (int i = 0; i < count; i++)
-                mixed[i] = attenuated(scene[i], transmittance[i]) + airlight[i] * opacity[i];
-        }
-        for (int i = 0; i < count; i++) out[4 * i + n] = mixed[i];
+        float airlight[fogTileSize];
+        for (int i = 0; i < s.count; i++) airlight[i] = p.sun == noSun ? p.color[n] : t.airlight[n][i];
+        for (int i = 0; i < s.count; i++)
+            plane[n][i] =
+                attenuated(encodeSrgb(plane[n][i]), transmittance[i]) + encodeSrgb(airlight[i]) * opacity[i];
+        for (int i = 0; i < s.count; i++) plane[n][i] = decodeSrgb(plane[n][i]);
     }
-}
-
-BRUME_INLINE void writeTransmittance(const Tile& t, bool oneChannel, float* transmittance, int count) {
-    for (int i = 0; i < count; i++)
-        for (int n = 0; n < 3; n++) transmittance[4 * i + n] *= t.transmittance[oneChannel ? 0 : n][i];
+    storePlanes(plane, s.out, s.count);
+    if (s.transmittance) transmittanceTile(t, oneChannel, s.transmittance, s.count);
 }
 
 template <int model>
-BRUME_INLINE void fogRow(const DepthFog& p, const Constants& k, const CpuContext& c, int j) {
-    const float* depth = c.depth.ptr<float>(j);
-    const float* in = c.input.ptr<float>(j);
-    float* out = const_cast<float*>(c.output.ptr<float>(j));
-    float y = c.view.rayY(j);
-    bool one = model == linear || model == power || k.oneBeta;
+BRUME_INLINE void fogRows(const DepthFog& p, const Constants& k, const CpuContext& c, cv::Range range) {
+    const bool one = model == linear || model == power || k.oneBeta;
     Tile t;
-    for (int i0 = 0; i0 < c.view.width; i0 += tile) {
-        int count = std::min(tile, c.view.width - i0);
-        const float* from = in + 4 * i0;
-        float* to = out + 4 * i0;
-        fogTile<model>(p, k, c.view, depth + i0, i0, y, count, t);
-        if (p.sun != noSun) airlightTile(p, k, c.view, depth + i0, i0, y, count, t);
-        const auto &T = t.transmittance, &a = t.opacity;
-        if (p.sun != noSun || p.mixing == 1)
-            compositePlanes(p, t, one, from, to, count);
-        else if (one)
-            compositePlain(p, T[0], T[0], T[0], a[0], a[0], a[0], from, to, count);
+    forEachSpan(c, range, [&](const FogSpan& s) BRUME_INLINED {
+        s.fetch(0);
+        distanceTile(p, c.view, s, t);
+        s.fetch(1);
+        for (int n = 0; n < (one ? 1 : 3); n++)
+            fogChannel<model>(p, k, k.beta[n], s.depth, t.distance, s.count, t.transmittance[n],
+                              t.opacity[n]);
+        s.fetch(2);
+        if (p.sun != noSun) airlightTile(p, k, c.view, s.depth, s.first, s.y, s.count, t);
+        if (p.mixing == 1)
+            encodedTile(p, t, one, s);
+        else if (p.sun != noSun)
+            storeTile<true>(t, one, p.color, s);
         else
-            compositePlain(p, T[0], T[1], T[2], a[0], a[1], a[2], from, to, count);
-        if (!c.transmittance.empty())
-            writeTransmittance(t, one, const_cast<float*>(c.transmittance.ptr<float>(j)) + 4 * i0, count);
-    }
+            storeTile<false>(t, one, p.color, s);
+    });
 }
 
 BRUME_VECTORISE void rows(const DepthFog& p, const CpuContext& c, cv::Range range) {
-    Constants k = constantsOf(p, c);
-    for (int j = range.start; j < range.end; j++) {
-        if (p.model == exponential)
-            fogRow<exponential>(p, k, c, j);
-        else if (p.model == exponentialSquared)
-            fogRow<exponentialSquared>(p, k, c, j);
-        else if (p.model == linear)
-            fogRow<linear>(p, k, c, j);
-        else
-            fogRow<power>(p, k, c, j);
-    }
+    const Constants k = constantsOf(p, c);
+    if (p.model == exponential)
+        fogRows<exponential>(p, k, c, range);
+    else if (p.model == exponentialSquared)
+        fogRows<exponentialSquared>(p, k, c, range);
+    else if (p.model == linear)
+        fogRows<linear>(p, k, c, range);
+    else
+        fogRows<power>(p, k, c, range);
 }
 
 // --- plan ----------------------------------------------------------------------------------------

@@ -148,8 +148,9 @@ BRUME_INLINE void raysTile(const View& v, const float* depth, int i0, float y, i
         const float x = (float(i0 + i) + originX) * inverseFx;
         t.length[i] = View::rayLength(x, y);
         t.climb[i] = (rx * x + ry * y) - rz;
-        t.L[i] = depth[i] * t.length[i];
-        t.dy[i] = (depth[i] < endlessWay ? depth[i] : endlessWay) * t.climb[i];
+        const float Z = depth[i] < endlessWay ? depth[i] : endlessWay;
+        t.L[i] = Z * t.length[i];
+        t.dy[i] = Z * t.climb[i];
     }
 }
 
@@ -158,28 +159,32 @@ BRUME_INLINE void depthTile(const Constants& k, int n, int count, Tile& t) {
     const float above = k.above[n], below = k.below[n], level = k.eyeDensity[n] * endlessWay;
     float* opticalDepth = t.opticalDepth[n];
     for (int i = 0; i < count; i++) {
-        const float L = t.L[i] < endlessWay ? t.L[i] : endlessWay, climb = t.climb[i];
+        const float climb = t.climb[i];
         float sky = (climb > 0.0f ? above : below) * t.length[i] / std::fabs(climb);
         sky = climb == 0.0f ? level : sky;
-        opticalDepth[i] = t.L[i] > endlessWay ? sky : L * opticalDepth[i];
+        opticalDepth[i] = t.L[i] >= endlessWay ? sky : t.L[i] * opticalDepth[i];
     }
 }
 
 // 1. Exponential layers, sky and all.
 BRUME_INLINE void layersTile(const HeightFog& p, const Constants& k, int channels, int count, Tile& t) {
-    for (int n = 0; n < channels; n++)
-        for (int i = 0; i < count; i++) t.opticalDepth[n][i] = 0;
+    bool isFirst = true;
     for (int l = 0; l < 2; l++) {
         if (!k.hasLayer[l]) continue;
         const Layer layer = k.layer[l];
         float* depth = t.opacity[0];  // free until the optical depth is known
-        for (int i = 0; i < count; i++)
-            depth[i] = layer.opticalDepth(t.L[i], t.dy[i], t.climb[i], t.length[i]);
+        for (int i = 0; i < count; i++) depth[i] = layer.opticalDepth(t.L[i], t.dy[i]);
         for (int n = 0; n < channels; n++) {
             const float tint = (l == 0 ? p.tint : p.tint2)[n];
-            for (int i = 0; i < count; i++) t.opticalDepth[n][i] += tint * depth[i];
+            float* sum = t.opticalDepth[n];
+            if (isFirst)
+                for (int i = 0; i < count; i++) sum[i] = tint * depth[i];
+            else
+                for (int i = 0; i < count; i++) sum[i] += tint * depth[i];
         }
+        isFirst = false;
     }
+    for (int n = 0; n < channels && isFirst; n++) std::fill_n(t.opticalDepth[n], count, 0.0f);
 }
 
 template <int method>
@@ -222,24 +227,18 @@ BRUME_INLINE void meanTile(const HeightFog& p, const Constants& k, int channels,
 BRUME_VECTORISE void rows(const HeightFog& p, const CpuContext& c, cv::Range range) {
     const Constants k = constantsOf(p, c);
     const int channels = k.oneChannel ? 1 : 3;
+    const bool endsInSky = p.method == closedForm && p.profile == exponential;
     Tile t;
-    for (int j = range.start; j < range.end; j++) {
-        const float* depth = c.depth.ptr<float>(j);
-        const float* in = c.input.ptr<float>(j);
-        float* out = const_cast<float*>(c.output.ptr<float>(j));
-        float* transmittance =
-            c.transmittance.empty() ? nullptr : const_cast<float*>(c.transmittance.ptr<float>(j));
-        const float y = c.view.rayY(j);
-        for (int i0 = 0; i0 < c.view.width; i0 += fogTileSize) {
-            const int count = std::min(fogTileSize, c.view.width - i0);
-            raysTile(c.view, depth + i0, i0, y, count, t);
-            meanTile(p, k, channels, count, t);
-            const bool isDone = p.method == closedForm && p.profile == exponential;
-            for (int n = 0; n < channels && !isDone; n++) depthTile(k, n, count, t);
-            finishTile<false>(t, k.oneChannel, p.color, in + 4 * i0, out + 4 * i0,
-                              transmittance ? transmittance + 4 * i0 : nullptr, count);
-        }
-    }
+    forEachSpan(c, range, [&](const FogSpan& s) BRUME_INLINED {
+        s.fetch(0);
+        raysTile(c.view, s.depth, s.first, s.y, s.count, t);
+        s.fetch(1);
+        meanTile(p, k, channels, s.count, t);
+        for (int n = 0; n < channels && !endsInSky; n++) depthTile(k, n, s.count, t);
+        s.fetch(2);
+        extinctionTile(t, channels, s.count);
+        storeTile<false>(t, k.oneChannel, p.color, s);
+    });
 }
 
 // --- reference

@@ -8,49 +8,33 @@
 
 namespace brume::height_fog {
 
-// 1. One exponential layer of density e^(logDensity - falloff·y) before its tint, sky included, with one
-// exponential and one division: e^(k·dy) is the reciprocal of the e^-(k·|dy|) that φ needs, and sky's 1/|d.y|
-// takes φ's division.
+// 1. One exponential layer of density e^(logDensity - falloff·y) before its tint, with one exponential and
+// one division: L·ρ·(e^x - 1)/x, x = -falloff·dy, whose sign tells up from down. ρ = mantissa·2^exponent
+// shares e^x's power of two, so that a layer far below the eye neither vanishes nor overflows. Ways are
+// finite
+// (`endlessWay` at most), so the limit to the sky comes out by itself.
 struct Layer {
     float mantissa = 1;  ///< density at the eye = mantissa·2^exponent
     int exponent = 0;
     float falloff = 0;
-    float above = 0;  ///< optical depth straight up
 
     static Layer of(float logDensity, float falloff) {
-        const double binary = double(logDensity) / 0.69314718055994531;
+        const double binary = std::min(double(logDensity), 60.) / 0.69314718055994531;
         Layer layer;
-        layer.exponent = int(std::clamp(std::floor(binary), -2e6, 2e6));
+        layer.exponent = int(std::max(std::floor(binary), -2e6));
         layer.mantissa = float(std::exp2(binary - std::floor(binary)));
         layer.falloff = falloff;
-        layer.above = falloff > 0
-                          ? float(std::min(std::exp(std::min(60., double(logDensity))) / falloff, 1e30))
-                          : 1e30f;
         return layer;
     }
-    BRUME_INLINE float opticalDepth(float L, float dy, float climb, float length) const {
-        float x = falloff * std::fabs(dy);
-        x = x < 1e-30f ? 1e-30f : (x > 1e6f ? 1e6f : x);
-        const ReducedExp e = reduceExp(-x);
-        const int n = e.n < -126 ? -126 : e.n;
-        const float scale = powerOfTwo(n);
-        const float opacity = (1.0f - scale) - scale * e.expm1;
-        // the lower end is denser than the eye by e^x = 2^-n/(1 + expm1)
-        const bool isDown = dy < 0.0f;
-        int power = isDown ? exponent - e.n : exponent;
-        power = power < -126 ? -126 : (power > 100 ? 100 : power);
-        const float lower = isDown ? 1.0f + e.expm1 : 1.0f;
-        const float cap = 1.1420074e26f;  // e⁶⁰
-        float density = mantissa * powerOfTwo(power);
-        density = density < cap * lower ? density : cap * lower;
-        const float xFull = falloff * std::fabs(dy);
-        const float way = xFull < 1e-30f ? 1e-30f : xFull;
-        const float vertical = climb > 0.0f ? above : 1e30f;
-        const bool isSky = L > 1e30f;
-        const float steep = std::fabs(climb) < 1e-30f ? 1e-30f : std::fabs(climb);
-        const float numerator = isSky ? vertical * length : L * (density * opacity);
-        const float denominator = isSky ? steep : way * lower;
-        const float depth = numerator / denominator;
+    BRUME_INLINE float opticalDepth(float L, float dy) const {
+        const float way = -falloff * dy;
+        const float x = std::fabs(way) < 1e-30f ? 1e-30f : way;
+        const ReducedExp e = reduceExp(x < -87.0f ? -87.0f : (x > 1e6f ? 1e6f : x));
+        int power = exponent + e.n;
+        power = power < -126 ? -126 : (power > 126 ? 126 : power);
+        const float here = powerOfTwo(exponent < -126 ? -126 : exponent), there = powerOfTwo(power);
+        const float rise = (there - here) + there * e.expm1;
+        const float depth = (L * mantissa) * (rise / x);
         return depth < 1e30f ? depth : 1e30f;
     }
 };

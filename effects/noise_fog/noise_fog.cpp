@@ -245,24 +245,17 @@ BRUME_INLINE void fogTile(const NoiseFog& p, const Constants& k, const float* de
 BRUME_VECTORISE void rows(const NoiseFog& p, const CpuContext& c, cv::Range range) {
     const Constants k = constantsOf(p, c);
     Tile t;
-    for (int j = range.start; j < range.end; j++) {
-        const float* depth = c.depth.ptr<float>(j);
-        const float* in = c.input.ptr<float>(j);
-        float* out = const_cast<float*>(c.output.ptr<float>(j));
-        float* transmittance =
-            c.transmittance.empty() ? nullptr : const_cast<float*>(c.transmittance.ptr<float>(j));
-        const float y = c.view.rayY(j);
-        for (int i0 = 0; i0 < c.view.width; i0 += fogTileSize) {
-            const int count = std::min(fogTileSize, c.view.width - i0);
-            raysTile(c.view, depth + i0, i0, y, count, t);
-            fogTile(p, k, depth + i0, count, t);
-            if (k.varyingAirlight)
-                compositeTile<true, true>(t, p.color, in + 4 * i0, out + 4 * i0, count);
-            else
-                compositeTile<true, false>(t, p.color, in + 4 * i0, out + 4 * i0, count);
-            if (transmittance) transmittanceTile(t, true, transmittance + 4 * i0, count);
-        }
-    }
+    forEachSpan(c, range, [&](const FogSpan& s) BRUME_INLINED {
+        s.fetch(0);
+        raysTile(c.view, s.depth, s.first, s.y, s.count, t);
+        s.fetch(1);
+        fogTile(p, k, s.depth, s.count, t);
+        s.fetch(2);
+        if (k.varyingAirlight)
+            storeTile<true>(t, true, p.color, s);
+        else
+            storeTile<false>(t, true, p.color, s);
+    });
 }
 
 }  // namespace

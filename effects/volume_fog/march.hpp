@@ -41,6 +41,10 @@ BRUME_VECTORISE inline void lookUpNoise(const March& m, const float* at, float* 
     }
 }
 
+inline float noiseStrength(const March& m) {
+    return m.p.noise == Additive ? m.p.noise_strength : -m.p.noise_strength;
+}
+
 // 6.1 Knot j lies where step j·every begins.
 inline void lookUpKnot(March& m, int j, float* knot) {
     Lanes at;
@@ -49,18 +53,30 @@ inline void lookUpKnot(March& m, int j, float* knot) {
     lookUpNoise(m, at, knot);
 }
 
-// 6.2 The cubic through four knots.
+// 6.2 The cubic through four knots, as a factor of density.
 BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, const float* b, const float* c,
                                              const float* d) {
     Tile& tile = m.tile;
     const int first = i / m.p.noise_every * m.p.noise_every;
     const float inverseEvery = 1.0f / float(m.p.noise_every);
+    const float strength = noiseStrength(m);
+    if (m.p.method != Jittered) {  // every pixel is as far between the knots
+        const float f = (float(i - first) + tile.u[0]) * inverseEvery;
+        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
+        const float wa = f * g * h * -0.166666667f, wb = e * g * h * 0.5f, wc = e * f * h * -0.5f,
+                    wd = e * f * g * 0.166666667f;
+        for (int x = 0; x < tileWidth; x++) {
+            const float n = (wa * a[x] + wb * b[x]) + (wc * c[x] + wd * d[x]);
+            tile.noise[x] = 1.0f + strength * clampUnit(n);
+        }
+        return;
+    }
     for (int x = 0; x < tileWidth; x++) {
         const float f = (float(i - first) + tile.u[x]) * inverseEvery;
         const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
         const float n =
             (e * (g * h * b[x] - f * h * c[x])) * 0.5f + (f * g * (e * d[x] - h * a[x])) * 0.166666667f;
-        tile.noise[x] = clampUnit(n);
+        tile.noise[x] = 1.0f + strength * clampUnit(n);
     }
 }
 
@@ -79,10 +95,11 @@ BRUME_VECTORISE inline void placeNoise(March& m, int i) {
             lookUpKnot(m, j + 2, tile.knots[(j + 3) % 4]);
         interpolateNoise(m, i, tile.knots[j % 4], tile.knots[(j + 1) % 4], tile.knots[(j + 2) % 4],
                          tile.knots[(j + 3) % 4]);
+        return;
     } else {
         lookUpNoise(m, tile.at, tile.noise);
     }
-    const float strength = m.p.noise == Additive ? m.p.noise_strength : -m.p.noise_strength;
+    const float strength = noiseStrength(m);
     for (int x = 0; x < tileWidth; x++) tile.noise[x] = 1.0f + strength * tile.noise[x];
 }
 
@@ -106,18 +123,19 @@ BRUME_INLINE void addVolumeLoop(Tile& tile, const VolumeTile& volume, float* dep
         if constexpr (linear && edges)
             density *= most(1.0f - ux * v[18], 0.0f) * most(1.0f - uz * v[22], 0.0f);
         if constexpr (exponential && edges)
-            density *= brume::expFast(-(uy * v[14] + ux * v[19] + uz * v[23]));
+            density *= brume::extinctionOf(uy * v[14] + ux * v[19] + uz * v[23]).transmittance;
         else if constexpr (exponential)
-            density *= brume::expFast(-(uy * v[14]));
+            density *= brume::extinctionOf(uy * v[14]).transmittance;
         const float depth = length * density * tile.noise[x];
         tile.stepDepth[x] += depth;
         depths[x] = depth;
     }
 }
 
-BRUME_VECTORISE inline void addVolume(Tile& tile, const VolumeTile& volume, bool severalAlbedos) {
+BRUME_VECTORISE inline void addVolume(Tile& tile, const VolumeTile& volume, bool isEven,
+                                      bool severalAlbedos) {
     Lanes depths;
-    const int kind = 4 * volume.hasEdges + 2 * volume.hasLinear + volume.hasExponential;
+    const int kind = isEven ? 0 : 4 * volume.hasEdges + 2 * volume.hasLinear + volume.hasExponential;
     switch (kind) {
         case 0:
             addVolumeLoop<false, false, false>(tile, volume, depths);
@@ -267,9 +285,13 @@ inline void addLamps(March& m, int i) {
         if (m.lamps[k].first <= last && m.lamps[k].last >= first) addLamp(m, m.lamps[k]);
 }
 
-inline void addVolumes(March& m) {
-    for (int k = 0; k < m.volumeCount; k++)
-        if (m.volumes[k].last > m.volumes[k].first) addVolume(m.tile, m.volumes[k], m.severalAlbedos);
+// Falloffs that have not begun on any ray of the tile by the end of step i are factors of 1.
+inline void addVolumes(March& m, int i) {
+    const float end = m.tile.beginLast + m.tile.strideLast * float(i + 1);
+    for (int k = 0; k < m.volumeCount; k++) {
+        const VolumeTile& volume = m.volumes[k];
+        if (volume.last > volume.first) addVolume(m.tile, volume, end <= volume.evenUntil, m.severalAlbedos);
+    }
 }
 
 // 9. The albedo of the step's mixture.

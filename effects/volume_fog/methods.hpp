@@ -11,7 +11,7 @@ inline void marchSteps(March& m) {
     for (int i = 0; i < m.p.steps; i++) {
         placeStep(m, i, u);
         if (m.p.noise != NoNoise) placeNoise(m, i);
-        addVolumes(m);
+        addVolumes(m, i);
         shadeStep(m);
         lightStep(m);
         addLamps(m, i);
@@ -74,7 +74,7 @@ inline void marchPanels(March& m, int panels) {
         for (int j = 0; j < nodes; j++) {
             placeStep(m, i, nodeAt[j]);
             if (m.p.noise != NoNoise) placeNoise(m, i);
-            addVolumes(m);
+            addVolumes(m, i);
             shadeStep(m);
             lightStep(m);
             addLamps(m, i);

@@ -30,6 +30,7 @@ struct VolumeTile {
     const float* rows;               // its numbers (derive.hpp)
     bool hasLinear, hasExponential, hasEdges;
     float first, last;  // over the tile
+    float evenUntil;    // m along the rays: no falloff has begun on any of them
 };
 
 // A lamp as the rays pass it.
@@ -140,20 +141,38 @@ BRUME_INLINE float inverseOf(float d) {
     return 1.0f / safe;
 }
 
+// 2.2 Where the first of a tile's rays, of directions lo to hi along an axis, leaves the part -near to far.
+BRUME_INLINE float wayWithin(float lo, float hi, float near, float far) {
+    if (!(near >= 0.0f && far >= 0.0f)) return 0;
+    const float forth = hi > 0.0f ? far / hi : HUGE_VALF, back = lo < 0.0f ? near / -lo : HUGE_VALF;
+    return least(forth, back);
+}
+
 // 2. Where each ray is inside each volume, and the part [begin, end] that all of it lies in.
 BRUME_VECTORISE inline void clipVolumes(March& m, int steps) {
     Tile& tile = m.tile;
     Lanes end;
+    float lo[3] = {1, 1, 1}, hi[3] = {-1, -1, -1};
+    const float* directions[3] = {tile.dx, tile.dy, tile.dz};
+    for (int axis = 0; axis < 3; axis++)
+        for (int x = 0; x < tileWidth; x++) {
+            lo[axis] = least(lo[axis], directions[axis][x]);
+            hi[axis] = most(hi[axis], directions[axis][x]);
+        }
     for (int x = 0; x < tileWidth; x++) tile.begin[x] = 3e38f, end[x] = 0;
     for (int k = 0; k < m.volumeCount; k++) {
         VolumeTile& volume = m.volumes[k];
-        const float* lo = volume.rows;
-        const float* hi = volume.rows + 4;
+        const float *v = volume.rows, *low = v, *high = v + 4;
+        volume.evenUntil = wayWithin(lo[1], hi[1], HUGE_VALF, v[12]);
+        if (volume.hasEdges)
+            volume.evenUntil =
+                least(volume.evenUntil, least(wayWithin(lo[0], hi[0], v[17] - v[16], v[17] + v[16]),
+                                              wayWithin(lo[2], hi[2], v[21] - v[20], v[21] + v[20])));
         float first = 3e38f, last = 0;
         for (int x = 0; x < tileWidth; x++) {
             const float ix = inverseOf(tile.dx[x]), iy = inverseOf(tile.dy[x]), iz = inverseOf(tile.dz[x]);
-            const float x0 = lo[0] * ix, x1 = hi[0] * ix, y0 = lo[1] * iy, y1 = hi[1] * iy, z0 = lo[2] * iz,
-                        z1 = hi[2] * iz;
+            const float x0 = low[0] * ix, x1 = high[0] * ix, y0 = low[1] * iy, y1 = high[1] * iy,
+                        z0 = low[2] * iz, z1 = high[2] * iz;
             const float enter = most(most(least(x0, x1), least(y0, y1)), most(least(z0, z1), 0.0f));
             const float leave = least(least(most(x0, x1), most(y0, y1)), least(most(z0, z1), tile.far[x]));
             const bool isInside = enter < leave;

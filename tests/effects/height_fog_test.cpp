@@ -104,8 +104,7 @@ TEST(HeightFog, ClosedFormHoldsAtTheProbes) {
                 const double truth = referenceDepth(p, eye, L, up, 0);
                 const float logDensity = float(std::log(.05) - double(p.falloff) * eye);
                 const double exponential = L * exponentialMean(logDensity, float(k), float(dy));
-                const double layer =
-                    Layer::of(logDensity, float(k)).opticalDepth(float(L), float(dy), float(up), 1);
+                const double layer = Layer::of(logDensity, float(k)).opticalDepth(float(L), float(dy));
                 const double relative = 4e-7 * (2 + std::abs(logDensity) + std::abs(k * dy));
                 for (double ours : {exponential, layer}) {
                     EXPECT_NEAR(std::exp(-ours), std::exp(-truth), 2e-7 + relative * std::min(truth, .4))
