@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double leastMapped = 1e-3;  // steps: a map of less would be black
+
 std::string fileWord(std::string s) {
     for (char& c : s)
         if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-') c = '_';
@@ -39,12 +41,12 @@ void writeMaps(std::vector<ChartMeasurement>& measurements, const std::string& f
                const std::string& backend) {
     for (ChartMeasurement& m : measurements) {
         ChartRow& row = m.row;
-        if (!row.onFrontier || row.backend != backend) continue;
+        if (!row.onFrontier || row.backend != backend || row.error.worst < leastMapped) continue;
         const cv::Mat values = cv::Mat(m.errors, true).reshape(1, m.cells.height);
         row.map =
             fileWord(text(row.effect, ".", row.caseName, row.caseName.empty() ? "" : ".", row.label())) +
             ".png";
-        writeMap(values, 1e-3, 10, text(row.caseName, row.caseName.empty() ? "" : ": ", row.label()),
+        writeMap(values, leastMapped, 10, text(row.caseName, row.caseName.empty() ? "" : ": ", row.label()),
                  "8-bit steps", (fs::path(folder) / row.map).string(), 480);
     }
 }

@@ -17,10 +17,11 @@
   "CHART": {
     "BEFORE": ["depth_fog"],
     "SET": {"strength": 0.5},
-    "METHODS": [
+    "CASES": [
       {"NAME": "mix", "SET": {"mode": "mix"}}, {"NAME": "add", "SET": {"mode": "add"}},
       {"NAME": "screen", "SET": {"mode": "screen"}}, {"NAME": "multiply", "SET": {"mode": "multiply"}}
-    ]
+    ],
+    "METHODS": [{"NAME": "blend"}]
   },
   "BREAKS": ["screen would darken values above 1: the larger of the two is taken there"],
   "STABILITY": [

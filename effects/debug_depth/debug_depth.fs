@@ -21,10 +21,11 @@
   "TOLERANCE": {"ABS": 2e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.09,
                 "REASON": "GLSL's log2 may be off by 2e-6 absolute where it crosses 0, as on Mesa"},
   "CHART": {
-    "METHODS": [
+    "CASES": [
       {"NAME": "spectrum", "SET": {"palette": "spectrum"}},
       {"NAME": "grey", "SET": {"palette": "grey"}}
-    ]
+    ],
+    "METHODS": [{"NAME": "palette"}]
   },
   "STABILITY": [
     {"NAME": "depth", "STRESS": {"NAME": "depth", "UNIT": "m", "VALUES": [0, 1e-30, 1e-3, 1, 1e3, 1e10, 1e30, "inf"]},

@@ -39,12 +39,15 @@
   "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 6e-6,
     "REASON": "a hard threshold is compared only where luminance is more than 2e-6 from it; pow of the sRGB curve and of the curve"},
   "CHART": {
-    "METHODS": [
-      {"NAME": "hard threshold", "KNOB": "reduction", "VALUES": ["full", "half", "quarter", "eighth"]},
-      {"NAME": "soft knee", "SET": {"knee": 0.2}, "KNOB": "reduction", "VALUES": ["full", "half", "quarter", "eighth"]},
-      {"NAME": "linear luminance", "SET": {"luminance": "linear 709"}, "KNOB": "reduction",
-       "VALUES": ["full", "half", "quarter", "eighth"]}
-    ]
+    "CASES": [
+      {"NAME": "hard threshold, full size", "SET": {"reduction": "full"}},
+      {"NAME": "hard threshold, quarter size", "SET": {"reduction": "quarter"}},
+      {"NAME": "soft knee, full size", "SET": {"knee": 0.2, "reduction": "full"}},
+      {"NAME": "soft knee, quarter size", "SET": {"knee": 0.2, "reduction": "quarter"}},
+      {"NAME": "soft knee, eighth size", "SET": {"knee": 0.2, "reduction": "eighth"}},
+      {"NAME": "linear luminance, quarter size", "SET": {"luminance": "linear 709", "reduction": "quarter"}}
+    ],
+    "METHODS": [{"NAME": "average"}]
   },
   "BREAKS": [
     "a hard threshold flickers as a light's edge moves over pixels: use a knee for sequences",

@@ -100,16 +100,18 @@
   "CHART": {
     "REFERENCE": {"method": "midpoint", "steps": 4},
     "CASES": [
-      {"NAME": "ground fog", "SET": {"density": 0.05, "height_falloff": "exponential", "height_start": 0}},
-      {"NAME": "box", "SET": {"density": 0, "boxes": [{"center": [0, 5, -30], "size": [40, 10, 40], "edge_falloff": "linear"}]}},
+      {"NAME": "ground fog", "SET": {"density": 0.05, "height_falloff": "exponential", "height_start": 0, "shadow_strength": 0}},
+      {"NAME": "sun shafts", "SET": {"density": 0.05, "height_falloff": "exponential", "height_start": 0, "shadow_strength": 1}},
+      {"NAME": "box", "SET": {"density": 0, "shadow_strength": 0,
+       "boxes": [{"center": [0, 5, -30], "size": [40, 10, 40], "edge_falloff": "linear"}]}},
       {"NAME": "lamps", "SET": {"density": 0.02, "sun_intensity": 0,
        "point_lights": [{"position": [-4, 3, -12]}, {"position": [6, 4, -30], "color": [6, 8, 12]}]}},
-      {"NAME": "noise", "SET": {"density": 0.03, "noise": "subtractive", "noise_size": 10, "max_distance": 200}}
+      {"NAME": "noise", "SET": {"density": 0.03, "noise": "subtractive", "noise_size": 10, "max_distance": 200, "shadow_strength": 0}}
     ],
     "METHODS": [
-      {"NAME": "midpoint", "SET": {"method": "midpoint"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
+      {"NAME": "midpoint", "SET": {"method": "midpoint"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128, 256]},
       {"NAME": "left", "SET": {"method": "left"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
-      {"NAME": "Gauss-Legendre", "SET": {"method": "gauss_legendre"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
+      {"NAME": "Gauss-Legendre", "SET": {"method": "gauss_legendre"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64]},
       {"NAME": "jittered", "SET": {"method": "jittered"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128]},
       {"NAME": "equiangular", "SET": {"method": "equiangular"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128], "CASES": ["lamps"]},
       {"NAME": "shared noise", "SET": {"method": "shared_noise"}, "KNOB": "steps", "VALUES": [4, 8, 16, 32, 64, 128], "CASES": ["noise"]}

@@ -132,7 +132,8 @@ void writeEffect(std::ostream& out, const fs::path& folder, const std::vector<Ch
         if (isFirst)
             out << "<h3>Where the error is</h3>\n<p>For those methods: the error in 8-bit steps over the "
                    "picture. "
-                   "Every map has the same scale; grey is a discontinuity decided by the last "
+                   "Every map has the same scale, and methods below all of it have none; grey is a "
+                   "discontinuity decided by the last "
                    "bits.</p>\n<div class=\"maps\">\n";
         isFirst = false;
         out << picture(folder / row.map, row.caseName + " " + row.label());

@@ -44,7 +44,7 @@ PlotPanel panelOf(const std::vector<ChartRow>& rows, const std::string& caseName
     for (PlotSeries& s : methods)
         for (size_t k = 1; k + 1 < s.points.size(); k++) s.points[k].label.clear();
     std::sort(frontier.points.begin(), frontier.points.end(), [](auto& a, auto& b) { return a.x < b.x; });
-    panel.series.push_back(frontier);
+    if (!frontier.points.empty()) panel.series.push_back(frontier);
     for (auto* group : {&methods, &peers})
         panel.series.insert(panel.series.end(), group->begin(), group->end());
     if (copy > 0) panel.marks.push_back({true, copy, "copying the frame"});
@@ -67,6 +67,39 @@ std::pair<double, double> rangeOf(const std::vector<const PlotPanel*>& panels, b
     if (!(least <= most)) return {.1, 10};
     if (ofX) return {least / 1.5, most * 2};
     return {std::pow(10, std::floor(std::log10(least))), std::pow(10, std::ceil(std::log10(most) + .1))};
+}
+
+// The half step's words go to the end of their line where less is in their way.
+void placeMarks(PlotPanel& panel) {
+    auto share = [](double v, std::pair<double, double> range) {
+        return std::log(v / range.first) / std::log(range.second / range.first);
+    };
+    for (PlotMark& mark : panel.marks) {
+        if (mark.isVertical) continue;
+        const double at = share(mark.at, panel.yRange);
+        int atStart = 0, atEnd = 0;
+        auto meet = [&](double x, double y) {
+            if (y < at - .01 || y > at + .09) return;
+            atStart += x > .08 && x < .46;
+            atEnd += x > .62;
+        };
+        for (const PlotSeries& s : panel.series)
+            for (size_t k = 0; k < s.points.size(); k++) {
+                const double x = share(s.points[k].x, panel.xRange), y = share(s.points[k].y, panel.yRange);
+                meet(x, y);
+                if (k == 0 || s.kind == PlotSeries::Kind::Points) continue;
+                const double x0 = share(s.points[k - 1].x, panel.xRange),
+                             y0 = share(s.points[k - 1].y, panel.yRange);
+                for (int n = 1; n < 16; n++) {
+                    const double t = n / 16.;
+                    if (s.kind == PlotSeries::Kind::Frontier)  // a staircase: along, then down
+                        meet(x0 + t * (x - x0), y0), meet(x, y0 + t * (y - y0));
+                    else
+                        meet(x0 + t * (x - x0), y0 + t * (y - y0));
+                }
+            }
+        mark.labelAtStart = atStart < atEnd;
+    }
 }
 
 // Labels that would lie on each other, or beyond the edge, go: the first of each keeps its place.
@@ -129,9 +162,25 @@ const ChartRow* fastestUnseen(const std::vector<ChartRow>& rows, const std::stri
     return best;
 }
 
-PlotPage chartPlot(const std::vector<ChartRow>& rows) {
+// Where each case has one method, cases stand side by side: an effect of several models.
+static std::vector<ChartRow> merged(std::vector<ChartRow> rows) {
+    std::map<std::pair<std::string, std::string>, int> counts;
+    for (const ChartRow& row : rows)
+        if (!row.isPeer()) counts[{row.caseName, row.backend}]++;
+    const bool isMerged = std::all_of(counts.begin(), counts.end(), [](auto& c) { return c.second == 1; });
+    if (!isMerged || casesOf(rows).size() < 2) return rows;
+    for (ChartRow& row : rows) {
+        row.method = row.isPeer() ? row.method + ", " + row.caseName : row.caseName;
+        row.caseName.clear();
+        row.onFrontier = false;  // of its own case only
+    }
+    return rows;
+}
+
+PlotPage chartPlot(const std::vector<ChartRow>& measured) {
     PlotPage page;
-    if (rows.empty()) return page;
+    if (measured.empty()) return page;
+    const std::vector<ChartRow> rows = merged(measured);
     page.title = rows[0].effect;
     std::map<std::string, std::string> devices;
     for (const ChartRow& row : rows)
@@ -139,7 +188,7 @@ PlotPage chartPlot(const std::vector<ChartRow>& rows) {
     page.note = text(rows[0].frame, ", ", rows[0].size.width, "×", rows[0].size.height,
                      "; left is faster; below the dashed line nobody sees a difference");
     const auto cases = casesOf(rows);
-    page.columns = devices.size() == 1 ? 2 : int(devices.size());
+    page.columns = devices.size() == 1 && cases.size() > 1 ? 2 : int(devices.size());
     for (const std::string& name : cases)
         for (const auto& [backend, device] : devices)
             page.panels.push_back(
@@ -155,6 +204,7 @@ PlotPage chartPlot(const std::vector<ChartRow>& rows) {
             page.panels[k].yRange = yRange;
             page.panels[k].xRange = xRange;
             thinLabels(page.panels[k]);
+            placeMarks(page.panels[k]);
         }
     }
     return page;

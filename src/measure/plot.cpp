@@ -118,7 +118,9 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
         else
             out << "set arrow from graph 0,first " << at << " to graph 1,first " << at
                 << " nohead lw 1.2 dt 2 lc rgb '#666666' back\nset label " << quoted(m.label)
-                << " at graph .985,first " << at << " right offset 0,.45 front font ',9' tc rgb '#666666'\n";
+                << (m.labelAtStart ? " at graph .1,first " : " at graph .985,first ") << at
+                << (m.labelAtStart ? " left" : " right")
+                << " offset 0,.45 front font ',9' tc rgb '#666666'\n";
     }
     std::ostringstream plots;
     int block = 0;

@@ -31,6 +31,7 @@ struct PlotMark {
     bool isVertical = false;
     double at = 0;
     std::string label;
+    bool labelAtStart = false;  ///< of a horizontal line: at its left end
 };
 
 struct PlotPanel {

@@ -18,7 +18,7 @@ TEST_F(Chart, writesTablePicturesAndAPageForEveryEffectNamed) {
         for (std::string ending : {".csv", ".svg", ".png"})
             EXPECT_TRUE(std::filesystem::exists(path("charts/" + name + ending))) << name << ending;
     const std::string csv = brume::test::bytesOf(path("charts/depth_fog.csv"));
-    EXPECT_THAT(csv, HasSubstr("depth_fog,,exponential squared,,,cpu,"));
+    EXPECT_THAT(csv, HasSubstr("depth_fog,exponential squared,closed form,,,cpu,"));
     EXPECT_THAT(csv, HasSubstr("llvmpipe"));
     EXPECT_THAT(csv, HasSubstr(",street,"));
     const std::string page = brume::test::bytesOf(path("charts/index.html"));

@@ -191,6 +191,29 @@ TEST(ChartPage, NumbersHaveThreeDigitsThatCount) {
     EXPECT_EQ(shortNumber(.0000123), "1.2e-5");
 }
 
+TEST(ChartPage, CasesOfOneMethodEachShareAPanel) {
+    std::vector<ChartRow> rows = {row("a", "x", "cpu", 1, .1), row("b", "x", "cpu", 2, .2),
+                                  row("a", "peer", "peer", 3, .3)};
+    markFrontiers(rows);
+    PlotPage page = chartPlot(rows);
+    ASSERT_EQ(page.panels.size(), 1u);
+    std::vector<std::string> names;
+    for (const auto& s : page.panels[0].series) names.push_back(s.name);
+    EXPECT_EQ(names, (std::vector<std::string>{"a", "b", "peer, a"}));
+    rows.push_back(row("b", "y", "cpu", 4, .05));
+    markFrontiers(rows);
+    EXPECT_EQ(chartPlot(rows).panels.size(), 2u);
+}
+
+TEST(ChartPage, TheHalfStepsWordsKeepClearOfPoints) {
+    std::vector<ChartRow> rows;
+    for (int k = 0; k < 5; k++) rows.push_back(row("", "x", "cpu", 1 + 40 * k, k == 0 ? 90 : .6));
+    rows[0].copy = .1;
+    EXPECT_TRUE(chartPlot(rows).panels[0].marks.back().labelAtStart);
+    for (int k = 0; k < 5; k++) rows[size_t(k)].error.worst = 20;
+    EXPECT_FALSE(chartPlot(rows).panels[0].marks.back().labelAtStart);
+}
+
 TEST(ChartPage, HoldsEveryChartOfAFolder) {
     const std::string folder =
         (std::filesystem::temp_directory_path() / ("brume-chart-page-" + std::to_string(::getpid())))
