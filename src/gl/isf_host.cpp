@@ -188,6 +188,7 @@ std::vector<ShaderText> isfPassSource(const Step& step, size_t pass) {
     const ExpandedSource expanded = expandIncludes(*step.effect);
     IsfUses uses;
     const std::string body = rewriteIsf(expanded.text, IsfStage::Fragment, hostNames(header), uses);
+    if (!uses.definesMain) failUsage(header.path, ": its GLSL has no function main");
     const std::string vertexPath = vertexFile(header);
 
     std::string source = head(header, pass, expanded.files.size());

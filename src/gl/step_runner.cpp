@@ -75,9 +75,16 @@ void StepRunner::run(const Step& step, GlFrame& frame) {
     bound.outputSize = outputSize(step, bound.inputSize, bound.derived);
     bound.view = viewFor(*frame.frame, bound.outputSize);
     bound.variables = passVariables(step, bound.inputSize, bound.derived);
-    bindImages(bound, frame);
-    bindTables(bound);
-    for (size_t pass = 0; pass < header.passes.size(); pass++) runPass(bound, pass);
+    try {
+        bindImages(bound, frame);
+        bindTables(bound);
+        for (size_t pass = 0; pass < header.passes.size(); pass++) runPass(bound, pass);
+    } catch (const Error& error) {  // an image that it brings along, a size that cannot be worked out
+        const std::string what = error.what();
+        if (what.find(header.path) != std::string::npos || what.rfind(step.id, 0) == 0 || header.linear)
+            throw;
+        throw Error(error.kind(), header.path + ": " + what);
+    }
 
     const TexturePtr* output = &bound.output;
     if (!bound.output) {  // of a foreign file: its last pass shows the target that it draws

@@ -93,6 +93,30 @@ TEST_P(IsfTest, PersistentBuffersOfVersionOneSurvive) {
     }
 }
 
+TEST_P(IsfTest, MistakesNameTheFile) {
+    auto said = [&](const std::string& keys, const std::string& glsl) -> std::string {
+        auto effect = std::make_shared<Effect>();
+        effect->header =
+            parseHeader("some/file.fs",
+                        R"(/*{"INPUTS": [{"NAME": "inputImage", "TYPE": "image"}])" + keys + "}*/\n" + glsl);
+        try {
+            runner()->run(chainOf({stepOf(effect)}), probeFrame(), {});
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "nothing";
+    };
+    const std::string draws = "void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage); }";
+    EXPECT_EQ(said("", draws), "nothing");
+    EXPECT_EQ(said("", "void man() {}"), "some/file.fs: its GLSL has no function main");
+    EXPECT_EQ(said(R"(, "PASSES": [{"TARGET": "a", "WIDTH": "$WIDTH*$much"}, {}])", draws)
+                  .rfind("some/file.fs: ", 0),
+              0u);
+    const std::string missing = said(R"(, "IMPORTED": {"lut": {"PATH": "none.png"}})", draws);
+    EXPECT_EQ(missing.rfind("some/file.fs: some/none.png", 0), 0u) << missing;
+    EXPECT_NE(said("", "void main() {\n oops; }").find("some/file.fs:3: error"), std::string::npos);
+}
+
 // Each file of fixtures/idioms draws its input inverted, each in another idiom of published files.
 TEST_P(IsfTest, IdiomsOfPublishedFilesDrawWhatTheySay) {
     FramePair frame = probeFrame(12, 8);
