@@ -44,21 +44,24 @@ BRUME_INLINE void blendRow(const float* in, const float* beside, float* out, int
 
 BRUME_VECTORISE void rows(const Blend& p, const CpuContext& c, cv::Range range) {
     const cv::Mat& second = c.image("second");
-    for (int j = range.start; j < range.end; j++) {
-        const float* in = c.input.ptr<float>(j);
-        const float* beside = second.ptr<float>(j);
-        float* out = const_cast<float*>(c.output.ptr<float>(j));
-        if (p.strength <= 0.0f)
-            std::copy(in, in + 4 * c.view.width, out);
-        else if (p.mode == mixMode)
-            blendRow<mixMode>(in, beside, out, c.view.width, p.strength);
-        else if (p.mode == addMode)
-            blendRow<addMode>(in, beside, out, c.view.width, p.strength);
-        else if (p.mode == screenMode)
-            blendRow<screenMode>(in, beside, out, c.view.width, p.strength);
-        else
-            blendRow<multiplyMode>(in, beside, out, c.view.width, p.strength);
-    }
+    const int width = c.view.width, step = 64;
+    for (int j = range.start; j < range.end; j++)
+        for (int x = 0; x < width; x += step) {
+            const int count = std::min(step, width - x);
+            const float *in = c.input.ptr<float>(j) + 4 * x, *beside = second.ptr<float>(j) + 4 * x;
+            float* out = const_cast<float*>(c.output.ptr<float>(j)) + 4 * x;
+            for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 4 * step));
+            if (p.strength <= 0.0f)
+                std::copy(in, in + 4 * count, out);
+            else if (p.mode == mixMode)
+                blendRow<mixMode>(in, beside, out, count, p.strength);
+            else if (p.mode == addMode)
+                blendRow<addMode>(in, beside, out, count, p.strength);
+            else if (p.mode == screenMode)
+                blendRow<screenMode>(in, beside, out, count, p.strength);
+            else
+                blendRow<multiplyMode>(in, beside, out, count, p.strength);
+        }
 }
 
 ReferencePixel reference(const Blend& p, const ReferenceContext& c, cv::Point at) {

@@ -55,30 +55,6 @@ static inline void filterReplicated(float* result, int floats, float* padded, co
     filter(padded);
 }
 
-// out = half[0]·center + Σ half[t]·(before[t] + after[t]), t = 1..reach; mirrored input gives mirrored bits.
-BRUME_VECTORISE static void symmetricSum(float* out, const float* center, const float* const* before,
-                                         const float* const* after, const float* half, int reach,
-                                         int floats) {
-    int i = 0;
-    for (; i + 32 <= floats; i += 32) {
-        Two a[4];
-        for (int k = 0; k < 4; k++) a[k] = half[0] * *(const Two*)(center + i + 8 * k);
-        for (int t = 1; t <= reach; t++) {
-            const float *b = before[t] + i, *c = after[t] + i, w = half[t];
-            for (int k = 0; k < 4; k++) a[k] += w * (*(const Two*)(b + 8 * k) + *(const Two*)(c + 8 * k));
-        }
-        for (int k = 0; k < 4; k++) *(Two*)(out + i + 8 * k) = a[k];
-    }
-    for (; i < floats; i += 4) {
-        One a = half[0] * *(const One*)(center + i);
-        for (int t = 1; t <= reach; t++) {
-            One pair = *(const One*)(before[t] + i) + *(const One*)(after[t] + i);
-            a += half[t] * pair;
-        }
-        *(One*)(out + i) = a;
-    }
-}
-
 BRUME_INLINE One halves(const Two& a) {
     return __builtin_shufflevector(a, a, 0, 1, 2, 3) + __builtin_shufflevector(a, a, 4, 5, 6, 7);
 }

@@ -119,9 +119,11 @@ BRUME_VECTORISE void sigmaRow(const FogBlur& p, float largest, const float* tran
             t[n] = isNan(x) ? 0.0f : isInf(x) ? std::copysign(65504.0f, x) : x;
         }
         float opacity = 1.0f - (t[0] + t[1] + t[2]) * (1.0f / 3.0f);
-        float share = std::min(std::max((opacity - start) / inverse, 0.0f), 1.0f);
-        sigma[i] = share > 0.0f ? largest * powFast(share, falloff) : 0.0f;
+        sigma[i] = std::min(std::max((opacity - start) / inverse, 0.0f), 1.0f);
     }
+    if (falloff != 1.0f)
+        for (int i = 0; i < count; i++) sigma[i] = sigma[i] > 0.0f ? powFast(sigma[i], falloff) : 0.0f;
+    for (int i = 0; i < count; i++) sigma[i] *= largest;
 }
 
 fog_blur::Ladder ladderOf(const FogBlur& p, const CpuContext& c) {
@@ -225,14 +227,16 @@ void run(const FogBlur& p, const CpuContext& c) {
     eachRow([&](int y) {
         sigmaRow(p, largest, transmittance.ptr<float>(y), source.sigma.ptr<float>(y), out.cols);
     });
-    if (p.method == gatherMethod)
+    auto finish = [&](int y, int x, int count) {
+        finishRow(p.order == single, c.input.ptr<float>(y) + 4 * x, clear.ptr<float>(y) + 4 * x,
+                  transmittance.ptr<float>(y) + 4 * x, out.ptr<float>(y) + 4 * x, count);
+    };
+    if (p.method == gatherMethod) {
         gather(p, source, out);
-    else
-        fog_blur::ladderBlur(source, ladderOf(p, c), out);
-    eachRow([&](int y) {
-        finishRow(p.order == single, c.input.ptr<float>(y), clear.ptr<float>(y), transmittance.ptr<float>(y),
-                  out.ptr<float>(y), out.cols);
-    });
+        eachRow([&](int y) { finish(y, 0, out.cols); });
+    } else {
+        fog_blur::ladderBlur(source, ladderOf(p, c), out, finish);
+    }
 }
 
 // --- reference, fp64

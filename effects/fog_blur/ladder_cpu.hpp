@@ -63,8 +63,9 @@ inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, i
         std::memcpy(sharp + 4 * i, right, sizeof right), sigmas[i] = sigma[width - 1];
 }
 
+// `memory` has room for the small image.
 inline cv::Mat smallLevel(const Source& source, const LadderLevel& level, bool keepEdges,
-                          const cv::Mat& scratch) {
+                          const cv::Mat& scratch, float* memory) {
     auto filterRow = [&](int y, int first, int count, float* padded, float*, int, auto filter) {
         blur::Scratch sigmas(count);
         sharpReplicated(padded, sigmas.data(), source, y, first, count);
@@ -73,7 +74,7 @@ inline cv::Mat smallLevel(const Source& source, const LadderLevel& level, bool k
     };
     cv::Mat small = blur::decimateRows(source.color.cols, source.color.rows, level.factor, level.prefilter,
                                        scratch, filterRow);
-    cv::Mat blurred(small.size(), CV_32FC4);
+    cv::Mat blurred(small.size(), CV_32FC4, memory);
     blur::separableFir(small, blurred, level.taps);
     return blurred;
 }
@@ -120,18 +121,22 @@ BRUME_VECTORISE static void interpolate(const Ladder& ladder, const float* const
     }
 }
 
-// The rows round the one being made, `margin` pixels wider than the tile on each side.
+// Rows of a tile that are made together.
+constexpr int madeRows = blur::acrossRows;
+
+// The rows round those being made, `margin` pixels wider than the tile on each side.
 class SharpRows {
   public:
     SharpRows(const Source& source, int tile, int margin)
         : source_(source),
           margin_(margin),
           wide_(tile + 2 * margin),
-          colors_(size_t(2 * margin + 1) * 4 * wide_),
-          sigmas_(size_t(2 * margin + 1) * wide_) {}
+          lines_(2 * margin + madeRows),
+          colors_(size_t(lines_) * 4 * wide_),
+          sigmas_(size_t(lines_) * wide_) {}
     void begin(int y0, int x0, int count) { done_ = std::max(0, y0 - margin_), x0_ = x0, count_ = count; }
     void advance(int y) {
-        for (; done_ <= std::min(y + margin_, source_.color.rows - 1); done_++)
+        for (; done_ <= std::min(y + madeRows - 1 + margin_, source_.color.rows - 1); done_++)
             sharpReplicated(slot(colors_, 4, done_), slot(sigmas_, 1, done_), source_, done_, x0_ - margin_,
                             count_ + 2 * margin_);
     }
@@ -140,68 +145,71 @@ class SharpRows {
     const float* sigma(int y, int before) { return slot(sigmas_, 1, y) + (margin_ - before); }
 
   private:
-    float* slot(std::vector<float>& rows, int channels, int y) {
-        return rows.data() + size_t(y % (2 * margin_ + 1)) * channels * wide_;
+    float* slot(const blur::Scratch& rows, int channels, int y) {
+        return rows.data() + size_t(y % lines_) * channels * wide_;
     }
     const Source& source_;
-    int margin_, wide_, done_ = 0, x0_ = 0, count_ = 0;
-    std::vector<float> colors_, sigmas_;
+    int margin_, wide_, lines_, done_ = 0, x0_ = 0, count_ = 0;
+    blur::Scratch colors_, sigmas_;
 };
 
-// One level's rows of a tile: horizontally filtered ones in a ring, the finished row in `row`.
+// One level's rows of a tile: horizontally filtered ones in a ring, the finished ones in `made`.
 class TileLevel {
   public:
-    TileLevel(const LadderLevel& level, int tile)
+    TileLevel(const LadderLevel& level, int tile, const cv::Mat& small)
         : level_(&level),
+          small_(small),
           tile_(tile),
-          reach_(int(level.taps.size()) - 1),
-          row_(4 * size_t(tile + 2 * level.factor)) {
-        if (level.factor > 1) {
-            pairs_ = blur::phasePairs(level.factor, level.up);
-        } else {
-            ring_.resize(size_t(2 * reach_ + 1) * 4 * tile);
-            weighed_.resize(4 * size_t(tile + 2 * reach_));
-            before_.resize(reach_ + 1), after_.resize(reach_ + 1);
-        }
+          wide_(tile + 2 * level.factor),
+          taps_(level.factor > 1 ? std::vector<float>{1} : blur::wholeTaps(level.taps)),
+          reach_(int(taps_.size()) / 2),
+          lines_(2 * reach_ + madeRows),
+          made_(4 * size_t(madeRows) * wide_),
+          ring_(size_t(lines_) * 4 * tile),
+          between_(4 * size_t(std::max(tile + 2 * reach_, small.cols))),
+          rows_(lines_) {
+        if (level.factor > 1) pairs_ = blur::phasePairs(level.factor, level.up);
     }
-    int margin() const { return level_->factor > 1 ? 0 : reach_; }
+    int margin() const { return reach_; }
     void begin(int y0, int x0, int count) { done_ = std::max(0, y0 - reach_), x0_ = x0, count_ = count; }
-    // Points at the pixel x0 of row y of a picture `height` px high.
-    const float* make(SharpRows& sharp, const cv::Mat& small, bool keepEdges, int y, int height) {
+    // Makes rows y to y + rowCount - 1 of a picture `height` px high; row(k) then points at pixel x0 of one.
+    void make(SharpRows& sharp, bool keepEdges, int y, int rowCount, int height) {
         if (level_->factor > 1) {
             int from = x0_ / level_->factor * level_->factor;
-            weighed_.resize(4 * size_t(small.cols));
-            blur::enlargeRow(small, level_->factor, level_->up, pairs_.data(), y, from, count_ + x0_ - from,
-                             weighed_.data(), row_.data());
-            return row_.data() + 4 * (x0_ - from);
+            before_ = x0_ - from;
+            for (int k = 0; k < rowCount; k++)
+                blur::enlargeRow(small_, level_->factor, level_->up, pairs_.data(), y + k, from,
+                                 count_ + before_, between_.data(), made(k));
+            return;
         }
-        for (; done_ <= std::min(y + reach_, height - 1); done_++) {
+        const int taps = int(taps_.size());
+        for (; done_ <= std::min(y + rowCount - 1 + reach_, height - 1); done_++) {
             const float* line = sharp.color(done_, reach_);
             if (keepEdges) {
-                weigh(weighed_.data(), line, sharp.sigma(done_, reach_), level_->sigma, count_ + 2 * reach_);
-                line = weighed_.data();
+                weigh(between_.data(), line, sharp.sigma(done_, reach_), level_->sigma, count_ + 2 * reach_);
+                line = between_.data();
             }
-            const float* center = line + 4 * reach_;
-            for (int t = 1; t <= reach_; t++) before_[t] = center - 4 * t, after_[t] = center + 4 * t;
-            sum(slot(done_), center);
+            blur::firAlong(slot(done_), line, taps_.data(), taps, count_, line);
         }
-        for (int t = 1; t <= reach_; t++)
-            before_[t] = slot(std::max(y - t, 0)), after_[t] = slot(std::min(y + t, height - 1));
-        sum(row_.data(), slot(y));
-        return row_.data();
+        for (int u = 0; u < lines_; u++) rows_[u] = slot(std::clamp(y - reach_ + u, 0, height - 1));
+        float* to[madeRows];
+        for (int k = 0; k < rowCount; k++) to[k] = made(k);
+        blur::firAcross(to, rowCount, rows_.data(), 1, taps_.data(), taps, 4 * count_);
     }
+    const float* row(int k) const { return made(k) + 4 * before_; }
 
   private:
-    float* slot(int y) { return ring_.data() + size_t(y % (2 * reach_ + 1)) * 4 * tile_; }
-    void sum(float* to, const float* center) {
-        blur::symmetricSum(to, center, before_.data(), after_.data(), level_->taps.data(), reach_,
-                           4 * count_);
-    }
+    float* slot(int y) const { return ring_.data() + size_t(y % lines_) * 4 * tile_; }
+    float* made(int k) const { return made_.data() + size_t(k) * 4 * wide_; }
 
     const LadderLevel* level_;
-    int tile_, reach_, done_ = 0, x0_ = 0, count_ = 0;
-    std::vector<float> row_, ring_, weighed_, pairs_;
-    std::vector<const float*> before_, after_;
+    cv::Mat small_;
+    int tile_, wide_;
+    std::vector<float> taps_;
+    int reach_, lines_, done_ = 0, x0_ = 0, count_ = 0, before_ = 0;
+    blur::Scratch made_, ring_, between_;
+    std::vector<float> pairs_;
+    std::vector<const float*> rows_;
 };
 
 // The lowest and the highest node that pixels of these standard deviations are interpolated from; none: high
@@ -220,20 +228,26 @@ inline NodeRange nodesOf(const Ladder& ladder, const cv::Mat& sigmas) {
     return {placeOf(ladder, least).first, placeOf(ladder, most).first + 3};
 }
 
-/// The blurred picture; its fourth channel means nothing.
-inline void ladderBlur(const Source& source, const Ladder& ladder, cv::Mat& out) {
+/// The blurred picture; its fourth channel means nothing until `finish(y, x0, count)` has seen that stretch of
+/// `out`.
+template <class Finish>
+void ladderBlur(const Source& source, const Ladder& ladder, cv::Mat& out, Finish finish) {
     const int width = out.cols, height = out.rows, levelCount = int(ladder.levels.size());
     std::vector<cv::Mat> small(levelCount);
+    std::vector<blur::Scratch> memory;
     for (int l = 0; l < levelCount; l++)
-        if (ladder.levels[l].factor > 1)
-            small[l] = smallLevel(source, ladder.levels[l], ladder.keepEdges, out);
+        if (int factor = ladder.levels[l].factor; factor > 1) {
+            memory.emplace_back(4 * size_t(blur::smallLength(width, factor)) *
+                                blur::smallLength(height, factor));
+            small[l] = smallLevel(source, ladder.levels[l], ladder.keepEdges, out, memory.back().data());
+        }
 
     const int tile = 320, bands = std::clamp(height / 48, 1, 4 * cv::getNumThreads());
     cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
         std::vector<TileLevel> levels;
         int margin = 0;
-        for (const LadderLevel& level : ladder.levels) {
-            levels.emplace_back(level, tile);
+        for (int l = 0; l < levelCount; l++) {
+            levels.emplace_back(ladder.levels[l], tile, small[l]);
             margin = std::max(margin, levels.back().margin());
         }
         SharpRows sharp(source, tile, margin);
@@ -244,17 +258,21 @@ inline void ladderBlur(const Source& source, const Ladder& ladder, cv::Mat& out)
                 int count = std::min(tile, width - x0);
                 // Only the levels that this tile's pixels lie between are made.
                 NodeRange needed = nodesOf(ladder, source.sigma(cv::Rect(x0, y0, count, y1 - y0)));
-                int last = std::min(needed.high, levelCount);
+                const int first = std::max(needed.low, 1), last = std::min(needed.high, levelCount);
                 sharp.begin(y0, x0, count);
-                for (int node = std::max(needed.low, 1); node <= last; node++)
-                    levels[node - 1].begin(y0, x0, count);
-                for (int y = y0; y < y1; y++) {
+                for (int node = first; node <= last; node++) levels[node - 1].begin(y0, x0, count);
+                for (int y = y0; y < y1; y += madeRows) {
+                    const int rowCount = std::min(madeRows, y1 - y);
                     sharp.advance(y);
-                    nodes[0] = sharp.color(y, 0);
-                    for (int node = std::max(needed.low, 1); node <= last; node++)
-                        nodes[node] =
-                            levels[node - 1].make(sharp, small[node - 1], ladder.keepEdges, y, height);
-                    interpolate(ladder, nodes.data(), sharp.sigma(y, 0), out.ptr<float>(y) + 4 * x0, count);
+                    for (int node = first; node <= last; node++)
+                        levels[node - 1].make(sharp, ladder.keepEdges, y, rowCount, height);
+                    for (int k = 0; k < rowCount; k++) {
+                        nodes[0] = sharp.color(y + k, 0);
+                        for (int node = first; node <= last; node++) nodes[node] = levels[node - 1].row(k);
+                        interpolate(ladder, nodes.data(), sharp.sigma(y + k, 0),
+                                    out.ptr<float>(y + k) + 4 * x0, count);
+                        finish(y + k, x0, count);
+                    }
                 }
             }
         }

@@ -38,10 +38,11 @@ std::vector<double> hardFrom(const LightDetect& p, const DeriveContext&) {
 
 // --- CPU
 
-constexpr int tile = 128;  // px: short enough that most tiles of a night hold no light
+constexpr int tile = 64;  // px: short enough that most tiles of a night hold no light
 
+// Colour by channels, and what is measured of it.
 struct Planes {
-    float color[3][tile], luminance[tile], weight[tile];
+    float color[4][tile], luminance[tile], weight[tile];
 };
 
 BRUME_INLINE float finite(float x) {
@@ -49,36 +50,45 @@ BRUME_INLINE float finite(float x) {
     return isNan(x) ? 0.0f : bounded;
 }
 
-typedef int FourPixels __attribute__((vector_size(64), aligned(4), may_alias));
-
-// No luminance exceeds its brightest channel, so dark stretches need no sRGB curve. Floats above 0 compare as
-// whole numbers do, and NaN and inf are the largest of them.
-BRUME_INLINE bool anyReaches(const float* in, int count, float value) {
-    FourPixels largest = {};
-    int i = 0;
-    for (; i + 4 <= count; i += 4) {
-        FourPixels x = *reinterpret_cast<const FourPixels*>(in + 4 * i);
-        largest = x > largest ? x : largest;
-    }
-    int most = 0;
-    for (int k = 0; k < 16; k++) most = k % 4 < 3 ? std::max(most, largest[k]) : most;
-    for (; i < count; i++)
-        for (int n = 0; n < 3; n++) most = std::max(most, std::bit_cast<int>(in[4 * i + n]));
-    return most >= std::bit_cast<int>(std::max(value, 0.0f));
+// sRGB's curve for finite values, relative error 4e-7: x = 2^n·(1 + m), x^(5/12) = 2^(5n/12)·(1 + m)^(5/12), each
+// factor by a polynomial (Chebyshev's interpolation, relative errors 4e-8 and 1e-7).
+BRUME_INLINE float encodeFinite(float x) {
+    const float a = std::fabs(x);
+    const int bits = std::bit_cast<int>(std::max(a, 0.0031308f)), n = (bits - 0x3f3504f3) >> 23;
+    const float m = std::bit_cast<float>(bits - (n << 23)) - 1.0f, m2 = m * m;  // 1 + m from √½ to √2
+    float even = ((-0.0251135755f * m2 - 0.0413092318f) * m2 - 0.121529462f) * m2 + 1.0f;
+    float odd = ((0.0144069376f * m2 + 0.0305185875f) * m2 + 0.0640976851f) * m2 + 0.416667172f;
+    float exponent = float(n) * (5.0f / 12.0f), whole = roundFast(exponent), r = exponent - whole, r2 = r * r;
+    float evenPower = (0.00967603192f * r2 + 0.240221075f) * r2 + 1.00000008f;
+    float oddPower = (0.00133908634f * r2 + 0.0555035711f) * r2 + 0.693147188f;
+    float power = (even + m * odd) * (evenPower + r * oddPower) * powerOfTwo(int(whole));
+    return std::copysign(a <= 0.0031308f ? 12.92f * a : 1.055f * power - 0.055f, x);
 }
 
-// 1. Colour planes and luminance.
-BRUME_INLINE void measure(const LightDetect& p, const float* in, int count, Planes& t) {
+// 1. Colour planes, and a bound of luminance: of linear values, to compare with a threshold decoded. sRGB's
+// curve is concave above 0, so the curve of a mean is at least the mean of the curve.
+BRUME_INLINE float separate(int luminance, const float* in, int count, Planes& t) {
+    for (int i = 0; i < count; i++)
+        for (int n = 0; n < 4; n++) t.color[n][i] = in[4 * i + n];
+    for (auto& plane : t.color)
+        for (int i = 0; i < count; i++) plane[i] = finite(plane[i]);
+    const float red = luminance == encoded601 ? 0.299f : 0.2126f,
+                green = luminance == encoded601 ? 0.587f : 0.7152f,
+                blue = luminance == encoded601 ? 0.114f : 0.0722f;
+    int most = 0;  // floats above 0 compare as whole numbers do
     for (int i = 0; i < count; i++) {
-        t.color[0][i] = finite(in[4 * i]);
-        t.color[1][i] = finite(in[4 * i + 1]);
-        t.color[2][i] = finite(in[4 * i + 2]);
+        float bound = std::max(t.color[0][i], 0.0f) * red + std::max(t.color[1][i], 0.0f) * green +
+                      std::max(t.color[2][i], 0.0f) * blue;
+        most = std::max(most, std::bit_cast<int>(bound));
     }
+    return std::bit_cast<float>(most);
+}
+BRUME_INLINE void measure(const LightDetect& p, int count, Planes& t) {
     const float *r = t.color[0], *g = t.color[1], *b = t.color[2];
     if (p.luminance == encoded601)
         for (int i = 0; i < count; i++)
             t.luminance[i] =
-                encodeSrgb(r[i]) * 0.299f + encodeSrgb(g[i]) * 0.587f + encodeSrgb(b[i]) * 0.114f;
+                encodeFinite(r[i]) * 0.299f + encodeFinite(g[i]) * 0.587f + encodeFinite(b[i]) * 0.114f;
     else
         for (int i = 0; i < count; i++) t.luminance[i] = r[i] * 0.2126f + g[i] * 0.7152f + b[i] * 0.0722f;
 }
@@ -109,58 +119,76 @@ BRUME_INLINE void weigh(const LightDetect& p, const float* from, const float* ra
         for (int i = 0; i < count; i++) t.weight[i] = powFast(t.weight[i], curve);
 }
 
-// The lights of `count` pixels of a row, added to `sum`, interleaved.
+// The lights of `count` pixels of a row, added to `sums`, one a channel. Stretches darker than `darkest`, of
+// linear values, need no sRGB curve.
 BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const float* rays, const float* in,
-                               const float* depth, int x, int y, int count, float darkest, float* sum) {
-    for (int i = 0; i < count; i++) sum[4 * i + 3] += finite(in[4 * i + 3]);
-    if (!anyReaches(in, count, darkest)) return;
+                               const float* depth, int x, int y, int count, float darkest,
+                               float* const* sums) {
     Planes t;
-    measure(p, in, count, t);
+    for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 4 * tile));
+    const float brightest = separate(p.luminance, in, count, t);
+    for (int i = 0; i < count; i++) sums[3][i] += t.color[3][i];
+    if (brightest < darkest) return;
+    measure(p, count, t);
     weigh(p, from, rays, depth, x, y, count, t);
     const float saturation = p.saturation, intensity = p.intensity, limit = p.limit > 0 ? p.limit : HUGE_VALF;
+    float *red = sums[0], *green = sums[1], *blue = sums[2];
     for (int i = 0; i < count; i++) {
         float r = t.color[0][i], g = t.color[1][i], b = t.color[2][i];
         float grey = r * 0.2126f + g * 0.7152f + b * 0.0722f, strength = t.weight[i] * intensity;
         r = std::max(grey + saturation * (r - grey), 0.0f);
         g = std::max(grey + saturation * (g - grey), 0.0f);
         b = std::max(grey + saturation * (b - grey), 0.0f);
-        float brightest = std::max(std::max(r, g), b);
-        strength *= brightest > limit ? limit / brightest : 1.0f;
-        sum[4 * i + 0] += r * strength;
-        sum[4 * i + 1] += g * strength;
-        sum[4 * i + 2] += b * strength;
+        float most = std::max(std::max(r, g), b);
+        strength *= most > limit ? limit / most : 1.0f;
+        red[i] += r * strength;
+        green[i] += g * strength;
+        blue[i] += b * strength;
     }
 }
 
-// 4. The mean over the pixels that one pixel of the output stands for: columns are summed first, then cells.
+// 4. The mean over the pixels that one pixel of the output stands for, of sums over its rows: pixel i stands for
+// columns begins[i] to begins[i + 1].
+BRUME_VECTORISE void average(float* out, int outWidth, const int* begins, float* const* sums, int width,
+                             float* lights, int rows) {
+    typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
+    if (outWidth == width) lights = out;
+    for (int i = 0; i < width; i++)
+        for (int n = 0; n < 4; n++) lights[4 * i + n] = sums[n][i];
+    if (outWidth == width && rows == 1) return;
+    for (int i = 0; i < outWidth; i++) {
+        Pixel sum = {};
+        for (int x = begins[i]; x < begins[i + 1]; x++)
+            sum += *reinterpret_cast<const Pixel*>(lights + 4 * x);
+        *reinterpret_cast<Pixel*>(out + 4 * i) = sum * (1.0f / float((begins[i + 1] - begins[i]) * rows));
+    }
+}
+
 void run(const LightDetect& p, const CpuContext& c) {
     const int width = c.input.cols, height = c.input.rows;
     cv::Mat out = c.output;
     const float begin = c.derived("hardFrom")[0];  // of the knee
-    const float darkest = (p.luminance == encoded601 ? decodeSrgb(begin) : begin) * 0.999f;
-    cv::parallel_for_(
-        cv::Range(0, out.rows),
-        [&](const cv::Range& range) {
-            std::vector<float> columns(4 * size_t(width));
-            for (int j = range.start; j < range.end; j++) {
-                int y0 = int(int64_t(j) * height / out.rows), y1 = int(int64_t(j + 1) * height / out.rows);
-                std::fill(columns.begin(), columns.end(), 0.0f);
-                for (int y = y0; y < y1; y++)
-                    for (int x = 0; x < width; x += tile)
-                        addLights(p, c.derived("hardFrom").data(), c.derived("rays").data(),
-                                  c.input.ptr<float>(y) + 4 * x, c.depth.ptr<float>(y) + x, x, y,
-                                  std::min(tile, width - x), darkest, &columns[4 * x]);
-                float* row = out.ptr<float>(j);
-                for (int i = 0; i < out.cols; i++) {
-                    int x0 = int(int64_t(i) * width / out.cols), x1 = int(int64_t(i + 1) * width / out.cols);
-                    float sum[4] = {};
-                    for (int x = x0; x < x1; x++)
-                        for (int n = 0; n < 4; n++) sum[n] += columns[4 * x + n];
-                    for (int n = 0; n < 4; n++) row[4 * i + n] = sum[n] / float((x1 - x0) * (y1 - y0));
+    const float darkest = std::max((p.luminance == encoded601 ? decodeSrgb(begin) : begin) * 0.999f, 0.0f);
+    const float *hardFrom = c.derived("hardFrom").data(), *rays = c.derived("rays").data();
+    std::vector<int> begins(out.cols + 1);
+    for (int i = 0; i <= out.cols; i++) begins[i] = int(int64_t(i) * width / out.cols);
+    auto detect = [&](const cv::Range& range) {
+        std::vector<float> columns(4 * size_t(width)), lights(columns.size());
+        float* sums[4];
+        for (int n = 0; n < 4; n++) sums[n] = columns.data() + size_t(n) * width;
+        for (int j = range.start; j < range.end; j++) {
+            int y0 = int(int64_t(j) * height / out.rows), y1 = int(int64_t(j + 1) * height / out.rows);
+            std::fill(columns.begin(), columns.end(), 0.0f);
+            for (int y = y0; y < y1; y++)
+                for (int x = 0; x < width; x += tile) {
+                    float* const at[4] = {sums[0] + x, sums[1] + x, sums[2] + x, sums[3] + x};
+                    addLights(p, hardFrom, rays, c.input.ptr<float>(y) + 4 * x, c.depth.ptr<float>(y) + x, x,
+                              y, std::min(tile, width - x), darkest, at);
                 }
-            }
-        },
-        4 * cv::getNumThreads());
+            average(out.ptr<float>(j), out.cols, begins.data(), sums, width, lights.data(), y1 - y0);
+        }
+    };
+    cv::parallel_for_(cv::Range(0, out.rows), detect, 4 * cv::getNumThreads());
 }
 
 // --- reference, fp64

@@ -23,6 +23,36 @@ struct Bound {
     const Step* step;
     PluginEffect::Params params;
     CpuContext context;
+    // Images of another size that a pointwise step reads, resampled a few rows at a time where they are used.
+    std::map<std::string, LinearRows> resampled;
+};
+
+// A step as one thread runs it over a few rows after the other.
+class RowsOf {
+  public:
+    RowsOf(const Bound& bound, cv::Size size, int chunk) : bound_(bound), context_(bound.context), size_(size) {
+        for (const auto& [name, rows] : bound.resampled) memory_.emplace_back(chunk, size.width, CV_32FC4);
+    }
+    void run(cv::Range range) {
+        auto memory = memory_.begin();
+        for (const auto& [name, rows] : bound_.resampled) {
+            for (int j = range.start; j < range.end; j++)
+                rows.write(j, memory->ptr<float>(j - range.start), between_);
+            // Rows are addressed as those of the whole image, of which only these are there.
+            auto origin = reinterpret_cast<uintptr_t>(memory->data) - size_t(range.start) * memory->step[0];
+            context_.images[name] =
+                cv::Mat(size_, CV_32FC4, reinterpret_cast<void*>(origin), memory->step[0]);
+            ++memory;
+        }
+        bound_.step->effect->plugin->rows(bound_.params, context_, range);
+    }
+
+  private:
+    const Bound& bound_;
+    CpuContext context_;
+    cv::Size size_;
+    std::vector<cv::Mat> memory_;
+    std::vector<float> between_;
 };
 
 class CpuRunner final : public Runner {
@@ -105,7 +135,7 @@ class CpuRunner final : public Runner {
             failUsage(effect.name(), " is GLSL only",
                       unbuilt.empty() ? "; run it with --backend gl" : ": " + unbuilt);
         }
-        Bound bound{&step, effect.plugin->makeParams(step.values), {}};
+        Bound bound{&step, effect.plugin->makeParams(step.values), {}, {}};
         CpuContext& context = bound.context;
         context.input = input;
         context.derivedValues = &derived_.get(step, bound.params, deriveContextFor(*frame_, input.size()));
@@ -117,9 +147,12 @@ class CpuRunner final : public Runner {
         for (const auto& parameter : effect.header.parameters)
             if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage()) {
                 const cv::Mat& image = imageNamed(step, step.imageOf(parameter.name));
-                bool fits = !parameter.resample || image.size() == size;
-                context.images[parameter.name] =
-                    fits ? image : resampleLinear(image, size, pool_.take(size, CV_32FC4));
+                if (!parameter.resample || image.size() == size)
+                    context.images[parameter.name] = image;
+                else if (effect.header.pointwise)
+                    bound.resampled.emplace(parameter.name, LinearRows(image, size));
+                else
+                    context.images[parameter.name] = resampleLinear(image, size);
             }
         if (effect.header.writesTransmittance && readsTransmittance && size == frame_->size())
             context.transmittance = images_["transmittance"];
@@ -163,12 +196,13 @@ class CpuRunner final : public Runner {
     // All steps of a group visit a few rows before moving on, so that the rows stay in cache.
     static void runRows(const std::vector<Bound>& group, cv::Size size) {
         const int cacheBytes = 256 << 10;
-        int chunk = group.size() == 1 ? size.height : std::max(1, cacheBytes / (size.width * 32));
+        bool isOne = group.size() == 1 && group[0].resampled.empty();
+        int chunk = isOne ? size.height : std::clamp(cacheBytes / (size.width * 32), 1, size.height);
         auto band = [&](const cv::Range& rows) {
+            std::vector<RowsOf> steps;
+            for (const auto& bound : group) steps.emplace_back(bound, size, chunk);
             for (int begin = rows.start; begin < rows.end; begin += chunk)
-                for (const auto& bound : group)
-                    bound.step->effect->plugin->rows(bound.params, bound.context,
-                                                     cv::Range(begin, std::min(begin + chunk, rows.end)));
+                for (auto& step : steps) step.run(cv::Range(begin, std::min(begin + chunk, rows.end)));
         };
         cv::parallel_for_(cv::Range(0, size.height), band, std::min(size.height, 4 * cv::getNumThreads()));
     }

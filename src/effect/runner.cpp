@@ -8,6 +8,7 @@
 
 #include "error.hpp"
 #include "strict_json.hpp"
+#include "effect/kit/math.hpp"
 
 namespace brume {
 
@@ -161,48 +162,50 @@ cv::Mat resampleNearest(const cv::Mat& image, cv::Size size) {
     return result;
 }
 
-namespace {
-
-// Where pixel `i` of `to` has its centre among `from` pixels: two neighbours and the share of the second.
-struct Tap {
-    int first, second;
-    float share;
-};
-
-std::vector<Tap> linearTaps(int from, int to) {
-    std::vector<Tap> taps(to);
+LinearRows::Taps::Taps(int from, int to) : first(to), second(to), share(to) {
     for (int i = 0; i < to; i++) {
         const int64_t numerator = (2LL * i + 1) * from - to, denominator = 2LL * to;
         int64_t whole = numerator / denominator;
         if (numerator < whole * denominator) whole--;
-        taps[i].first = int(std::clamp<int64_t>(whole, 0, from - 1));
-        taps[i].second = int(std::clamp<int64_t>(whole + 1, 0, from - 1));
-        taps[i].share = float(numerator - whole * denominator) / float(denominator);
+        first[i] = int(std::clamp<int64_t>(whole, 0, from - 1));
+        second[i] = int(std::clamp<int64_t>(whole + 1, 0, from - 1));
+        share[i] = float(numerator - whole * denominator) / float(denominator);
     }
-    return taps;
 }
 
-}  // namespace
-
-cv::Mat resampleLinear(const cv::Mat& image, cv::Size size, cv::Mat into) {
-    if (image.size() == size) return image;
+LinearRows::LinearRows(const cv::Mat& image, cv::Size size)
+    : image_(image), columns_(image.cols, size.width), rows_(image.rows, size.height) {
     CV_Assert(image.type() == CV_32FC4);
-    typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
-    const auto columns = linearTaps(image.cols, size.width), rows = linearTaps(image.rows, size.height);
-    cv::Mat result = into.empty() ? cv::Mat(size, CV_32FC4) : into;
+}
+
+// out[k] = above[k] and below[k], mixed; then pixels `first` and `second` of that, mixed.
+BRUME_VECTORISE static void mixRows(float* out, const float* above, const float* below, float share,
+                                    int floats) {
+    for (int k = 0; k < floats; k++) out[k] = above[k] * (1 - share) + below[k] * share;
+}
+typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
+BRUME_VECTORISE static void mixColumns(float* out, const float* between, const int* first, const int* second,
+                                       const float* share, int count) {
+    const auto* from = reinterpret_cast<const Pixel*>(between);
+    for (int i = 0; i < count; i++)
+        reinterpret_cast<Pixel*>(out)[i] = from[first[i]] * (1 - share[i]) + from[second[i]] * share[i];
+}
+
+void LinearRows::write(int j, float* to, std::vector<float>& between) const {
+    between.resize(4 * size_t(image_.cols));
+    mixRows(between.data(), image_.ptr<float>(rows_.first[j]), image_.ptr<float>(rows_.second[j]),
+            rows_.share[j], int(between.size()));
+    mixColumns(to, between.data(), columns_.first.data(), columns_.second.data(), columns_.share.data(),
+               int(columns_.first.size()));
+}
+
+cv::Mat resampleLinear(const cv::Mat& image, cv::Size size) {
+    if (image.size() == size) return image;
+    const LinearRows rows(image, size);
+    cv::Mat result(size, CV_32FC4);
     cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& range) {
-        std::vector<float> between(4 * size_t(image.cols));
-        for (int j = range.start; j < range.end; j++) {
-            const float *above = image.ptr<float>(rows[j].first), *below = image.ptr<float>(rows[j].second);
-            const float v = rows[j].share;
-            for (size_t k = 0; k < between.size(); k++) between[k] = above[k] * (1 - v) + below[k] * v;
-            auto* to = reinterpret_cast<Pixel*>(result.ptr<float>(j));
-            auto* from = reinterpret_cast<const Pixel*>(between.data());
-            for (int i = 0; i < size.width; i++) {
-                const auto [a, b, u] = columns[i];
-                to[i] = from[a] * (1 - u) + from[b] * u;
-            }
-        }
+        std::vector<float> between;
+        for (int j = range.start; j < range.end; j++) rows.write(j, result.ptr<float>(j), between);
     });
     return result;
 }

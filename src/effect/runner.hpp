@@ -79,7 +79,24 @@ cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& deriv
 cv::Mat resampleNearest(const cv::Mat& image, cv::Size size);
 
 /// Bilinear by pixel centres, edges replicated: how a CV_32FC4 image is brought to another size. The place of
-/// a centre is a ratio of whole numbers, so that CPU and GPU agree on it exactly. Written to `into` if given.
-cv::Mat resampleLinear(const cv::Mat& image, cv::Size size, cv::Mat into = {});
+/// a centre is a ratio of whole numbers, so that CPU and GPU agree on it exactly.
+cv::Mat resampleLinear(const cv::Mat& image, cv::Size size);
+
+/// The same row by row. `image` is CV_32FC4 and shared; const calls may run side by side.
+class LinearRows {
+  public:
+    LinearRows(const cv::Mat& image, cv::Size size);
+    /// Row j of the resampled image, 4 × size.width floats. `between` is memory to work in.
+    void write(int j, float* to, std::vector<float>& between) const;
+
+  private:
+    struct Taps {
+        Taps(int from, int to);
+        std::vector<int> first, second;  ///< neighbours
+        std::vector<float> share;        ///< of the second
+    };
+    cv::Mat image_;
+    Taps columns_, rows_;
+};
 
 }  // namespace brume
