@@ -228,8 +228,8 @@ inline NodeRange nodesOf(const Ladder& ladder, const cv::Mat& sigmas) {
     return {placeOf(ladder, least).first, placeOf(ladder, most).first + 3};
 }
 
-/// The blurred picture; its fourth channel means nothing until `finish(y, x0, count)` has seen that stretch of
-/// `out`.
+/// The blurred picture; its fourth channel means nothing until `finish(y, x0, count)` has seen that stretch
+/// of `out`.
 template <class Finish>
 void ladderBlur(const Source& source, const Ladder& ladder, cv::Mat& out, Finish finish) {
     const int width = out.cols, height = out.rows, levelCount = int(ladder.levels.size());

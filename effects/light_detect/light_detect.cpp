@@ -50,8 +50,8 @@ BRUME_INLINE float finite(float x) {
     return isNan(x) ? 0.0f : bounded;
 }
 
-// sRGB's curve for finite values, relative error 4e-7: x = 2^n·(1 + m), x^(5/12) = 2^(5n/12)·(1 + m)^(5/12), each
-// factor by a polynomial (Chebyshev's interpolation, relative errors 4e-8 and 1e-7).
+// sRGB's curve for finite values, relative error 4e-7: x = 2^n·(1 + m), x^(5/12) = 2^(5n/12)·(1 + m)^(5/12),
+// each factor by a polynomial (Chebyshev's interpolation, relative errors 4e-8 and 1e-7).
 BRUME_INLINE float encodeFinite(float x) {
     const float a = std::fabs(x);
     const int bits = std::bit_cast<int>(std::max(a, 0.0031308f)), n = (bits - 0x3f3504f3) >> 23;
@@ -147,8 +147,8 @@ BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const fl
     }
 }
 
-// 4. The mean over the pixels that one pixel of the output stands for, of sums over its rows: pixel i stands for
-// columns begins[i] to begins[i + 1].
+// 4. The mean over the pixels that one pixel of the output stands for, of sums over its rows: pixel i stands
+// for columns begins[i] to begins[i + 1].
 BRUME_VECTORISE void average(float* out, int outWidth, const int* begins, float* const* sums, int width,
                              float* lights, int rows) {
     typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
@@ -265,7 +265,7 @@ Plan plan(const LightDetect& p, const PlanInput& in) {
     plan.maxOutput = brightest * std::max(1.f, p.saturation);
     if (p.limit > 0) plan.maxOutput = std::min(plan.maxOutput, double(p.limit));
     plan.maxOutput *= p.intensity;
-    plan.predictedCost = p.reduction == 1 ? 2 : 1.2;
+    plan.predictedCost = p.reduction == 1 ? 2.2 : 1.7;
     plan.why = "detects at every pixel; reduced resolutions average what was detected";
     return plan;
 }

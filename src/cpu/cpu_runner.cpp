@@ -30,7 +30,8 @@ struct Bound {
 // A step as one thread runs it over a few rows after the other.
 class RowsOf {
   public:
-    RowsOf(const Bound& bound, cv::Size size, int chunk) : bound_(bound), context_(bound.context), size_(size) {
+    RowsOf(const Bound& bound, cv::Size size, int chunk)
+        : bound_(bound), context_(bound.context), size_(size) {
         for (const auto& [name, rows] : bound.resampled) memory_.emplace_back(chunk, size.width, CV_32FC4);
     }
     void run(cv::Range range) {

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "effect/kit/math.hpp"
 #include "error.hpp"
 #include "strict_json.hpp"
-#include "effect/kit/math.hpp"
 
 namespace brume {
 
