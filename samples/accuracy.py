@@ -162,12 +162,16 @@ def papers():
 
 
 def machine():
-    devices = {}
+    devices, copies_of = {}, {}
     for path in sorted(charts.glob("*.csv")):
         if path.open().readline().startswith("effect,case,method,"):
             for r in rows_of(path.stem):
                 devices[r["device"]] = BACKENDS[r["backend"]]
-    return "Measured on " + "; ".join(f"{kind}: {device}" for device, kind in sorted(devices.items(), key=lambda d: d[1])) + "."
+                if r["backend"] == "cpu":
+                    copies_of.setdefault(f"{r['width']}×{r['height']}", []).append(r["frame_copy"])
+    spread = "; ".join(f"{size} took {short(min(c))} to {short(max(c))} ms" for size, c in sorted(copies_of.items()))
+    copy = f" Copying a frame of {spread}, by where its memory lay in that run." if spread else ""
+    return "Measured on " + "; ".join(f"{kind}: {device}" for device, kind in sorted(devices.items(), key=lambda d: d[1])) + "." + copy
 
 
 def expand(line):

@@ -182,6 +182,16 @@ std::vector<PeerJob> peerJobs(const Effect& effect) {
     return jobs;
 }
 
+// One copy for all methods of a backend, the median of those that took turns with them: which is faster must
+// not hang on the copy's luck.
+void shareCopies(std::vector<ChartMeasurement>& measurements) {
+    std::map<std::string, Timing> copies;
+    for (const auto& m : measurements)
+        if (m.row.copy > 0) copies[m.row.backend].milliseconds.push_back(m.row.copy);
+    for (auto& m : measurements)
+        if (m.row.copy > 0) m.row.copy = copies[m.row.backend].median();
+}
+
 }  // namespace
 
 std::string ChartRow::label() const { return knob.empty() ? method : text(method, ", ", knob, " ", value); }
@@ -291,6 +301,7 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
         if (progress) progress(row);
         measurements.push_back(std::move(m));
     }
+    shareCopies(measurements);
     std::vector<ChartRow> rows;
     for (const auto& m : measurements) rows.push_back(m.row);
     markFrontiers(rows);

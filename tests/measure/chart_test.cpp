@@ -87,6 +87,7 @@ TEST(Chart, MeasuresEveryVariantAndFindsThePlantedError) {
         EXPECT_LE(m.row.low, m.row.milliseconds);
         EXPECT_GE(m.row.high, m.row.milliseconds);
         EXPECT_GT(m.row.copy, 0);
+        EXPECT_EQ(m.row.copy, all[0].row.copy);
         EXPECT_EQ(m.cells, cv::Size(24, 16));
     }
 }
