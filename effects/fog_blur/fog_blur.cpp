@@ -215,7 +215,8 @@ BRUME_VECTORISE void finishRow(bool isSingle, const float* foggy, const float* c
 void run(const FogBlur& p, const CpuContext& c) {
     cv::Mat out = c.output;
     const cv::Mat &transmittance = c.image("transmittance"), &clear = c.image("clear");
-    fog_blur::Source source{p.order == single ? clear : c.input, cv::Mat(out.size(), CV_32F)};
+    blur::Scratch sigmas(out.total());
+    fog_blur::Source source{p.order == single ? clear : c.input, cv::Mat(out.size(), CV_32F, sigmas.data())};
     float largest = c.derived("largestSigma")[0];
     auto eachRow = [&](auto work) {
         cv::parallel_for_(
@@ -323,7 +324,7 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
     plan.chosen["method"] = ladderMethod;
     plan.predictedError = .02 * in.maxInput;
     // In frame copies of 1920×1080, measured: every level of the ladder adds as much.
-    plan.predictedCost = 2 + 3.9 * std::log2(std::max(1.f, p.radius));
+    plan.predictedCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius));
     plan.why = "ladder: gather costs as many pixels as its largest blur covers";
     return plan;
 }

@@ -52,7 +52,13 @@ inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, i
     const float *color = source.color.ptr<float>(y), *sigma = source.sigma.ptr<float>(y);
     const int width = source.color.cols;
     int inside0 = std::clamp(first, 0, width), inside1 = std::clamp(first + count, inside0, width);
-    sharpen(sharp + 4 * (inside0 - first), color + 4 * inside0, inside1 - inside0);
+    // The next row is asked for while this one is worked on.
+    const float* next = source.color.ptr<float>(std::min(y + 1, source.color.rows - 1));
+    for (int x = inside0, step; x < inside1; x += step) {
+        step = std::min(64, inside1 - x);
+        for (int k = 0; k < step; k += 4) __builtin_prefetch(next + 4 * (x + k));
+        sharpen(sharp + 4 * (x - first), color + 4 * x, step);
+    }
     std::copy(sigma + inside0, sigma + inside1, sigmas + (inside0 - first));
     float left[4], right[4];
     sharpen(left, color, 1);
@@ -217,15 +223,22 @@ class TileLevel {
 struct NodeRange {
     int low = 1, high = 0;
 };
+// Of standard deviations, which compare as their bits do: the least above 0, and the largest.
+BRUME_VECTORISE static void extremes(const float* sigmas, int count, int& least, int& most) {
+    int low = least, high = most;
+    for (int i = 0; i < count; i++) {
+        int bits = std::bit_cast<int>(sigmas[i]);
+        high = std::max(high, bits);
+        low = std::min(low, bits > 0 ? bits : 0x7f800000);
+    }
+    least = low, most = high;
+}
 inline NodeRange nodesOf(const Ladder& ladder, const cv::Mat& sigmas) {
-    float least = HUGE_VALF, most = 0;
-    for (int y = 0; y < sigmas.rows; y++)
-        for (int x = 0; x < sigmas.cols; x++) {
-            float sigma = sigmas.ptr<float>(y)[x];
-            if (sigma > 0.0f) least = std::min(least, sigma), most = std::max(most, sigma);
-        }
+    int least = 0x7f800000, most = 0;
+    for (int y = 0; y < sigmas.rows; y++) extremes(sigmas.ptr<float>(y), sigmas.cols, least, most);
     if (most == 0) return {};
-    return {placeOf(ladder, least).first, placeOf(ladder, most).first + 3};
+    return {placeOf(ladder, std::bit_cast<float>(least)).first,
+            placeOf(ladder, std::bit_cast<float>(most)).first + 3};
 }
 
 /// The blurred picture; its fourth channel means nothing until `finish(y, x0, count)` has seen that stretch
