@@ -127,9 +127,9 @@ struct ProfileFunction {
 
 /// The table that table methods, and the table profile, look up.
 struct Table {
-    double first = 0, step = 1;  ///< m above the eye, m
-    std::vector<cv::Vec3d> density, mean,
-        integral;  ///< at nodes; of the cell above a node; from the eye to a node
+    double first = 0, step = 1;            ///< m above the eye, m
+    std::vector<cv::Vec3d> density, mean;  ///< at nodes; of the cell above a node
+    std::vector<cv::Vec3d> toNode;         ///< mean from the eye to a node
 };
 
 inline size_t tableNodes(const HeightFog& p) {
@@ -153,13 +153,14 @@ inline Table makeTable(const HeightFog& p, double eye) {
     // From the first node up, then all shifted to begin at the eye, in whose cell the method's own rule
     // holds.
     cv::Vec3d sum;
-    for (size_t k = 0; k < nodes; k++) t.integral.push_back(sum), sum += t.mean[k] * t.step;
+    std::vector<cv::Vec3d> integral;
+    for (size_t k = 0; k < nodes; k++) integral.push_back(sum), sum += t.mean[k] * t.step;
     const double cell = std::floor(-t.first / t.step);
     cv::Vec3d eyeIntegral;
     if (cell < 0) {
         eyeIntegral = t.density.front() * -t.first;
     } else if (cell >= double(nodes - 1)) {
-        eyeIntegral = t.integral.back() + t.density.back() * (-t.first - t.step * double(nodes - 1));
+        eyeIntegral = integral.back() + t.density.back() * (-t.first - t.step * double(nodes - 1));
     } else {
         const auto k = size_t(cell);
         const double s = -t.first / t.step - cell;
@@ -168,9 +169,13 @@ inline Table makeTable(const HeightFog& p, double eye) {
         if (p.method == tableLinear) inside = m * s;
         if (p.method == tableHermite)
             inside = m * (s * s * (3 - 2 * s)) + a * (s * (1 - s) * (1 - s)) + b * (s * s * (s - 1));
-        eyeIntegral = t.integral[k] + inside * t.step;
+        eyeIntegral = integral[k] + inside * t.step;
     }
-    for (auto& integral : t.integral) integral -= eyeIntegral;
+    for (size_t k = 0; k < nodes; k++) {
+        const double way = t.first + double(k) * t.step;
+        const bool isHere = std::abs(way) < 1e-9 * std::max(t.step * double(nodes), std::abs(t.first));
+        t.toNode.push_back(isHere ? t.density[k] : (integral[k] - eyeIntegral) * (1 / way));
+    }
     return t;
 }
 

@@ -85,8 +85,8 @@ std::vector<double> tableDensity(const HeightFog& p, const DeriveContext& c) {
 std::vector<double> tableMean(const HeightFog& p, const DeriveContext& c) {
     return perNode(makeTable(p, eyeOf(c)).mean);
 }
-std::vector<double> tableIntegral(const HeightFog& p, const DeriveContext& c) {
-    return perNode(makeTable(p, eyeOf(c)).integral);
+std::vector<double> tableToNode(const HeightFog& p, const DeriveContext& c) {
+    return perNode(makeTable(p, eyeOf(c)).toNode);
 }
 
 // --- CPU
@@ -120,9 +120,9 @@ Constants constantsOf(const HeightFog& p, const CpuContext& c) {
         k.layer[l] = Layer::of(k.logDensity[l], l == 0 ? p.falloff : p.falloff2);
     }
     k.hasLayer[0] = p.density > 0, k.hasLayer[1] = p.density2 > 0;
-    k.table = {c.derived("table_density").data(),  c.derived("table_mean").data(),
-               c.derived("table_integral").data(), int(c.derived("table_nodes")[0]),
-               c.derived("table_first")[0],        c.derived("table_step")[0]};
+    k.table = {c.derived("table_density").data(), c.derived("table_mean").data(),
+               c.derived("table_to_node").data(), int(c.derived("table_nodes")[0]),
+               c.derived("table_first")[0],       c.derived("table_step")[0]};
     auto grey = [](const cv::Vec3f& t) { return t[0] == t[1] && t[1] == t[2]; };
     if (p.profile == exponential)
         k.oneChannel = (!k.hasLayer[0] || grey(p.tint)) && (!k.hasLayer[1] || grey(p.tint2));
@@ -390,7 +390,7 @@ auto effect() {
         .derive("table_first", tableFirst)
         .derive("table_density", tableDensity)
         .derive("table_mean", tableMean)
-        .derive("table_integral", tableIntegral)
+        .derive("table_to_node", tableToNode)
         .rows(rows)
         .referenceImage(reference)
         .plan(plan);

@@ -63,7 +63,7 @@
          "FROM": ["profile", "method", "density", "height", "falloff", "tint", "density2", "height2", "falloff2", "tint2", "ramp", "table", "table_bottom", "table_top", "table_size"]},
         {"NAME": "table_mean", "TYPE": "vec4 array", "SIZE": "$table_nodes", "DESCRIPTION": "rgb mean density between a node and the next",
          "FROM": ["profile", "method", "density", "height", "falloff", "tint", "density2", "height2", "falloff2", "tint2", "ramp", "table", "table_bottom", "table_top", "table_size"]},
-        {"NAME": "table_integral", "TYPE": "vec4 array", "SIZE": "$table_nodes", "DESCRIPTION": "rgb density integrated from the eye to each node, negative below",
+        {"NAME": "table_to_node", "TYPE": "vec4 array", "SIZE": "$table_nodes", "DESCRIPTION": "rgb mean density from the eye to each node",
          "FROM": ["camera", "profile", "method", "density", "height", "falloff", "tint", "density2", "height2", "falloff2", "tint2", "ramp", "table", "table_bottom", "table_top", "table_size"]}
     ],
     "CHART": {
@@ -179,8 +179,10 @@ vec3 tableMean(float dy) {
     if (cell == eye) return tableCellMean(cell, 0.0, dy);
     int node = cell > eye ? cell : cell + 1;
     float y = tableNode(node);
-    // a cubic through too few nodes can dip below 0
-    return max((table_integral[node].rgb + (dy - y) * tableCellMean(cell, y, dy)) / dy, 0.0);
+    // as means, so that the rounding of a node's height counts only where they differ; a cubic through too few nodes
+    // can dip below 0
+    vec3 whole = table_to_node[node].rgb;
+    return max(whole + (tableCellMean(cell, y, dy) - whole) * ((dy - y) / dy), 0.0);
 }
 
 // 4. march: the mean of ρ at the middles of equal steps

@@ -65,10 +65,10 @@ struct Ramp {
     BRUME_INLINE static Real positive(Real x) { return x > Real(0) ? x : Real(0); }
 };
 
-// 3. Table: whole cells from the integral, the rest by the cell's own rule. Arrays hold RGB_ a node.
+// 3. Table: whole cells from their mean, the rest by the cell's own rule. Arrays hold RGB_ a node.
 template <class Real>
 struct TableView {
-    const Real *density, *cellMean, *integral;
+    const Real *density, *cellMean, *toNode;  ///< toNode: mean from the eye to a node
     int nodes;
     Real first, step;
 
@@ -105,7 +105,9 @@ struct TableView {
         if (cell == eye) return insideMean<method>(n, cell, Real(0), y);
         const int node = cell > eye ? cell : cell + 1;
         const Real from = nodeAt(node);
-        const Real mean = (integral[4 * node + n] + (y - from) * insideMean<method>(n, cell, from, y)) / y;
+        // as means, so that the rounding of a node's height counts only where they differ
+        const Real whole = toNode[4 * node + n];
+        const Real mean = whole + (insideMean<method>(n, cell, from, y) - whole) * ((y - from) / y);
         return mean > Real(0) ? mean : Real(0);  // a cubic through too few nodes can dip below
     }
 };

@@ -190,15 +190,14 @@ double tableOrder() {
         double worst = 0;
         for (double eye = 3; eye < 7; eye += .37) {
             const Table t = makeTable(p, eye);
-            std::vector<double> density, mean, integral;
+            std::vector<double> density, mean, toNode;
             for (size_t k = 0; k < t.density.size(); k++)
                 for (int n = 0; n < 4; n++) {
                     density.push_back(n < 3 ? t.density[k][n] : 0);
                     mean.push_back(n < 3 ? t.mean[k][n] : 0);
-                    integral.push_back(n < 3 ? t.integral[k][n] : 0);
+                    toNode.push_back(n < 3 ? t.toNode[k][n] : 0);
                 }
-            const TableView<double> view{density.data(), mean.data(), integral.data(),
-                                         nodes,          t.first,     t.step};
+            const TableView<double> view{density.data(), mean.data(), toNode.data(), nodes, t.first, t.step};
             for (double dy : {9.3, 13.9, -2.2}) {
                 const double truth = referenceDepth(p, eye, std::abs(dy) * 2, dy / (std::abs(dy) * 2), 0);
                 worst = std::max(worst, std::abs(view.mean<method>(0, dy) * std::abs(dy) * 2 - truth));
@@ -210,6 +209,23 @@ double tableOrder() {
 }
 TEST(HeightFogMethods, LinearTableConvergesAtOrderTwo) { EXPECT_NEAR(tableOrder<tableLinear>(), 2, .2); }
 TEST(HeightFogMethods, HermiteTableConvergesAtOrderFour) { EXPECT_NEAR(tableOrder<tableHermite>(), 4, .3); }
+
+// A table of even density is that density, however fine, wherever the eye: nodes' heights are rounded in
+// fp32.
+TEST(HeightFogMethods, TableOfEvenDensityIsEven) {
+    for (const char* method : {"table linear", "table Hermite"})
+        for (double eye : {1.6, 250.3}) {
+            FramePair frame = fogFrame({48, 27}, .7);
+            frame.camera.worldFromCamera(1, 3) = eye;
+            const std::string rest = R"("profile": "ramp", "ramp": [{"height": 3, "density": 0.2}],
+                                        "table_bottom": -28.86, "table_top": 23.7, "table_size": 3706})";
+            const cv::Mat table = transmittanceOf(frame, R"({"effect": "height_fog", "method": ")" +
+                                                             std::string(method) + "\", " + rest),
+                          closed = transmittanceOf(
+                              frame, R"({"effect": "height_fog", "method": "closed form", )" + rest);
+            EXPECT_LT(apart(table, closed), 4e-7) << method << " " << eye;
+        }
+}
 
 // Published: the staircase of a linear table, 8 % of density at k = .1 and steps of 1.56 m, and Hermite's
 // 3e-5.
@@ -227,7 +243,7 @@ TEST(HeightFogMethods, OnShortWaysTheLinearTableIsAStaircaseAndHermiteIsNot) {
                 for (int n = 0; n < 4; n++) {
                     flat[0].push_back(n < 3 ? t.density[k][n] : 0);
                     flat[1].push_back(n < 3 ? t.mean[k][n] : 0);
-                    flat[2].push_back(n < 3 ? t.integral[k][n] : 0);
+                    flat[2].push_back(n < 3 ? t.toNode[k][n] : 0);
                 }
             const TableView<double> view{flat[0].data(), flat[1].data(), flat[2].data(), 257,
                                          t.first,        t.step};
