@@ -1,5 +1,7 @@
 // The program `brume`. Exit status: 0 done, 1 a check failed, 2 wrong use, 3 an input could not be read or an
 // output not written.
+#include <unistd.h>
+
 #include <algorithm>
 #include <exception>
 #include <iostream>
@@ -7,14 +9,16 @@
 
 #include "commands.hpp"
 #include "error.hpp"
+#include "gl/pass_watch.hpp"
 #include "nearest_name.hpp"
+#include "progress.hpp"
 
 using namespace brume;
 
 namespace {
 
 int fail(const std::string& sentence, ErrorKind kind) {
-    std::cerr << "brume: " << sentence << "\n";
+    std::cerr << "brume: " << host::printable(sentence) << "\n";
     return int(kind);
 }
 
@@ -59,13 +63,19 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    int status = 0;
     try {
-        return run(argc, argv);
+        status = run(argc, argv);
     } catch (const Error& e) {
-        return fail(e.what(), e.kind());
+        status = fail(e.what(), e.kind());
     } catch (const std::bad_alloc&) {
-        return fail("not enough memory", ErrorKind::Io);
+        status = fail("not enough memory", ErrorKind::Io);
     } catch (const std::exception& e) {
-        return fail(text("unexpected: ", e.what()), ErrorKind::CheckFailed);
+        status = fail(text("unexpected: ", e.what()), ErrorKind::CheckFailed);
     }
+    if (isAnyPassRunningOn()) {  // a shader that nothing can stop, and nothing may be taken from
+        std::cout.flush();
+        _exit(status);
+    }
+    return status;
 }

@@ -8,6 +8,7 @@
 #include "error.hpp"
 #include "frame/depth_encoding.hpp"
 #include "gl/gl_runner.hpp"
+#include "gl/pass_watch.hpp"
 #include "nearest_name.hpp"
 
 namespace brume::host {
@@ -46,11 +47,15 @@ void FrameOptions::addTo(CLI::App& command) {
             "), then details, as in 'opengl:near=.1,far=100' (default: what the sidecar says)");
     command.add_option("--color", color,
                        "What the colour file holds: srgb or linear (default: by its format)");
+    command.add_option("--max-pixels", maxPixels, "Refuse images of more pixels, before memory is taken")
+        ->check(CLI::Range(1., 1e12))
+        ->default_str("2^28");
 }
 
 ReadOptions FrameOptions::read() const {
     ReadOptions options;
     options.depth = depth;
+    options.maxPixels = size_t(maxPixels);
     if (!encoding.empty()) options.encoding = parseDepthEncoding(encoding);
     if (!color.empty()) {
         if (color != "srgb" && color != "linear")
@@ -66,6 +71,9 @@ void BackendOption::addTo(CLI::App& command) {
                     "cpu, gl (the best OpenGL there is), osmesa, egl, or auto: a GPU if there is one, else "
                     "the CPU")
         ->capture_default_str();
+    command.add_option("--pass-seconds", passSeconds, "Give up where one pass of a shader takes longer")
+        ->check(CLI::Range(.1, 1e6))
+        ->capture_default_str();
 }
 
 void BackendOption::validate() const {
@@ -75,6 +83,7 @@ void BackendOption::validate() const {
 
 std::unique_ptr<Runner> BackendOption::makeRunner(const Chain& chain) const {
     validate();
+    setPassLimit(passSeconds);
     if (name == "cpu") return makeCpuRunner();
     if (name == "gl") return makeGlRunner(GlPlatform::Auto);
     if (name == "osmesa") return makeGlRunner(GlPlatform::Osmesa);

@@ -13,6 +13,7 @@ namespace brume::host {
 /// How to read a frame, as far as the command line says.
 struct FrameOptions {
     std::string depth, encoding, color;
+    double maxPixels = 268435456;
 
     void addTo(CLI::App& command);
     /// Throws Error (Usage) naming the option, its value and the nearest valid one.
@@ -24,6 +25,7 @@ cv::Size parseSize(const std::string& size);
 
 struct BackendOption {
     std::string name = "auto";
+    double passSeconds = 60;
 
     void addTo(CLI::App& command);
     /// Throws Error (Usage) for an unknown name.

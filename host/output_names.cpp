@@ -26,6 +26,15 @@ std::string padded(size_t number, const std::string& width) {
     return digits.size() < count ? std::string(count - digits.size(), '0') + digits : digits;
 }
 
+/// What is filled in may be "..", and a folder that was there before may be a symbolic link.
+void requireInside(const std::string& name, const std::string& folder) {
+    const fs::path root = fs::weakly_canonical(folder),
+                   place = fs::weakly_canonical(
+                       fs::path(name).has_parent_path() ? fs::path(name).parent_path() : ".");
+    if (std::mismatch(root.begin(), root.end(), place.begin(), place.end()).first != root.end())
+        failUsage("-o: '", name, "' leads out of the folder '", folder, "', to '", place.string(), "'");
+}
+
 }  // namespace
 
 Kept parseKept(const std::string& argument) {
@@ -95,6 +104,7 @@ std::string OutputNames::of(const std::string& input, size_t index, const Varian
             failUsage("-o ", out_, ": nothing called '{", key, "}'", suggestion(key, known));
         at = close + 1;
     }
+    requireInside(name, folder());
     return name;
 }
 

@@ -24,6 +24,17 @@ std::string duration(double seconds) {
 
 }  // namespace
 
+std::string printable(const std::string& text) {
+    std::string shown;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        char code[8];
+        std::snprintf(code, sizeof code, "\\x%02x", byte);
+        shown += (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f ? code : std::string(1, c);
+    }
+    return shown;
+}
+
 Progress::Progress(size_t total)
     : total_(total),
       isTerminal_(isatty(STDERR_FILENO)),
@@ -46,7 +57,7 @@ void Progress::step(size_t failed) {
 void Progress::say(const std::string& line) {
     if (hasBar_) std::cerr << "\r\033[K";
     hasBar_ = false;
-    std::cerr << line << "\n";
+    std::cerr << printable(line) << "\n";
 }
 
 void Progress::draw(bool isLast) {

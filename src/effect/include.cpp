@@ -13,6 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr size_t mostBytes = 8 << 20;
+
 struct Expander {
     const std::vector<std::string>& includePath;
     ExpandedSource result;
@@ -27,7 +29,8 @@ struct Expander {
     }
 
     void add(const std::string& path, const std::string& source, int firstLine) {
-        if (result.text.size() > (8u << 20)) failUsage(path, ": the shader with its includes is over 8 MiB");
+        if (result.text.size() + source.size() > mostBytes)
+            failUsage(path, ": the shader with its includes is over 8 MiB");
         open.push_back(path);
         int number = fileNumber(path);
         int line = firstLine;
@@ -66,6 +69,7 @@ struct Expander {
                 failUsage(from, ":", line, ": #include \"", name, "\" includes itself");
             if (std::find(done.begin(), done.end(), path) != done.end()) return;
             done.push_back(path);
+            if (fs::file_size(path) > mostBytes) failUsage(path, ": an included file is over 8 MiB");
             std::ifstream in(path, std::ios::binary);
             add(path, std::string((std::istreambuf_iterator<char>(in)), {}), 1);
             return;

@@ -107,6 +107,8 @@ static void checkRange(const Parameter& parameter, const ParameterValue& value, 
     if (parameter.type == ParameterType::Long) {
         double v = value.numbers[0];
         if (v != std::floor(v)) failUsage(at(parameter, where), v, " must be a whole number");
+        if (std::abs(v) > std::numeric_limits<int>::max())
+            failUsage(at(parameter, where), v, " is out of range; whole numbers reach 2147483647");
         if (parameter.values.empty()) return;
         for (long choice : parameter.values)
             if (double(choice) == v) return;

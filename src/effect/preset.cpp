@@ -61,6 +61,8 @@ static Step parseStep(const json& object, const std::string& where, const Effect
             step.input = textOf(object, "input", where);
         } else if (key == "output") {
             step.output = textOf(object, "output", where);
+            if (step.output.find('/') != std::string::npos)
+                failUsage(where, ": output: '", step.output, "' is a path; an image has a plain name");
         } else {
             const Parameter* parameter = findParameter(effect->header.parameters, key);
             if (!parameter)

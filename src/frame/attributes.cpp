@@ -12,7 +12,7 @@
 namespace brume {
 namespace {
 
-constexpr size_t maxPixels = size_t(1) << 28;
+constexpr size_t maxPixels = size_t(1) << 40;  // as no pixels are read
 
 uint32_t bigEndian(const unsigned char* p) {
     return uint32_t(p[0]) << 24 | uint32_t(p[1]) << 16 | uint32_t(p[2]) << 8 | p[3];

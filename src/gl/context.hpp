@@ -36,14 +36,18 @@ class GlThread {
     /// Takes over a context made elsewhere: `make` runs on the new thread (a window's shared context).
     explicit GlThread(std::function<std::unique_ptr<GlContext>()> make);
     ~GlThread();
-    /// Runs `job` on the context's thread and returns when done; rethrows what it throws. Safe from any
-    /// thread.
+    /// Runs `job` on the context's thread and returns when done; rethrows what it throws. Throws Error
+    /// (Usage) where a pass takes longer than passLimit() (gl/pass_watch.hpp); the thread is then given up
+    /// for good. Safe from any thread.
     void run(const std::function<void(GlContext&)>& job);
+    bool isGivenUp() const;
     std::string describe();
 
   private:
+    [[noreturn]] void giveUp(const std::string& pass);
+
     struct State;
-    std::unique_ptr<State> state_;
+    std::shared_ptr<State> state_;  // and the thread's
 };
 
 }  // namespace brume

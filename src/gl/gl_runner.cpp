@@ -13,9 +13,15 @@ class GlRunner final : public Runner {
   public:
     explicit GlRunner(std::shared_ptr<GlThread> thread) : thread_(std::move(thread)) {
         description_ = thread_->describe();
-        thread_->run([&](GlContext& context) { steps_ = std::make_unique<StepRunner>(context.functions()); });
+        thread_->run([&](GlContext& context) {
+            steps_ = std::make_unique<StepRunner>(context.functions(), context.isHardware());
+        });
     }
     ~GlRunner() override {
+        if (thread_->isGivenUp()) {
+            steps_.release();  // which that thread may still be using
+            return;
+        }
         thread_->run([&](GlContext&) { steps_.reset(); });
     }
 
@@ -56,6 +62,7 @@ class GlRunner final : public Runner {
         RunResult result;
         for (const Step& step : chain.steps)
             if (step.enabled) steps_->run(step, onGpu);
+        steps_->finishPasses();
         std::vector<std::string> wanted = keep;
         wanted.push_back("color");
         for (const std::string& name : wanted) {

@@ -6,6 +6,7 @@
 #include "error.hpp"
 #include "frame/read.hpp"
 #include "gl/isf_host.hpp"
+#include "gl/pass_watch.hpp"
 #include "gl/rows_buffer.hpp"
 #include "gl/shader_source.hpp"
 
@@ -27,13 +28,19 @@ struct StepRunner::Bound {
     bool writesTransmittance = false;
 };
 
-StepRunner::StepRunner(const GlFunctions& gl)
-    : gl_(gl), pool_(gl), programs_(gl), canvas_(gl), helpers_(gl, pool_, programs_, canvas_) {}
+StepRunner::StepRunner(const GlFunctions& gl, bool isHardware)
+    : gl_(gl),
+      isHardware_(isHardware),
+      pool_(gl),
+      programs_(gl),
+      canvas_(gl),
+      helpers_(gl, pool_, programs_, canvas_) {}
 
 StepRunner::~StepRunner() {
     for (auto& [name, table] : tables_)
         if (table.buffer) gl_.DeleteBuffers(1, &table.buffer);
     for (const PendingQuery& pending : queries_) gl_.DeleteQueries(2, pending.queries);
+    for (const PendingPass& pending : pending_) gl_.DeleteSync(pending.done);
 }
 
 std::string StepRunner::persistentKey(const Step& step, const std::string& target) const {
@@ -186,6 +193,11 @@ void StepRunner::runPass(Bound& bound, size_t index) {
     const Pass& pass = bound.header.passes[index];
     if (!pass.when.empty() && pass.when.evaluate(bound.variables) == 0) return;
     const bool isOutput = pass.target.empty();
+    const std::string name = bound.header.passes.size() == 1
+                                 ? bound.step.id
+                                 : bound.step.id + "/" + (isOutput ? "output" : pass.target);
+    const std::string nameWithFile = bound.header.path + ": the pass " + name;
+    const PassWatch watch(nameWithFile);
     const Program& program = programs_.get(passSource(bound.step, index, bound.writesTransmittance));
     const cv::Size size = isOutput
                               ? bound.outputSize
@@ -202,14 +214,14 @@ void StepRunner::runPass(Bound& bound, size_t index) {
         if (!other.target.empty() && !bound.samplers[other.target] && uses(other.target))
             bound.samplers[other.target] = constant(targetSize(bound, other), {0, 0, 0, 0});
 
-    PendingQuery pending{bound.header.passes.size() == 1
-                             ? bound.step.id
-                             : bound.step.id + "/" + (isOutput ? "output" : pass.target),
-                         {}};
+    PendingQuery pending{name, {}};
     gl_.CreateQueries(GL_TIMESTAMP, 2, pending.queries);
     gl_.QueryCounter(pending.queries[0], GL_TIMESTAMP);
-    const int repeat = pass.repeat.empty() ? 1 : int(pass.repeat.evaluate(bound.variables));
-    for (int k = 0; k < repeat; k++) {
+    const double repeat = pass.repeat.empty() ? 1 : pass.repeat.evaluate(bound.variables);
+    if (!(repeat <= 65536))
+        failUsage(bound.header.path, ": REPEAT '", pass.repeat.source(), "' gives ", repeat,
+                  "; at most 65536");
+    for (int k = 0; k < int(repeat); k++) {
         // Never drawn into what is read: every run of a pass has a target of its own.
         TexturePtr target = pool_.take(size, format);
         if (isOutput || pass.compute)
@@ -226,6 +238,8 @@ void StepRunner::runPass(Bound& bound, size_t index) {
     }
     gl_.QueryCounter(pending.queries[1], GL_TIMESTAMP);
     queries_.push_back(pending);
+    pending_.push_back({nameWithFile, gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0)});
+    if (!isHardware_) finishPasses();  // Mesa's would block in another pass's call
     if (pass.persistent && !isOutput)
         persistent_[persistentKey(bound.step, pass.target)] = bound.samplers[pass.target];
 }
@@ -302,6 +316,17 @@ void StepRunner::bindSamplers(Bound& bound, const Program& program) {
     for (const auto& [name, texture] : bound.volumes) bind(name, texture);
     for (size_t k = 0; k < bound.buffers.size(); k++)
         gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, GLuint(k), bound.buffers[k]);
+}
+
+void StepRunner::finishPasses() {
+    for (const PendingPass& pending : pending_) {
+        const PassWatch watch(pending.name);
+        GLenum state = GL_TIMEOUT_EXPIRED;
+        while (state == GL_TIMEOUT_EXPIRED)
+            state = gl_.ClientWaitSync(pending.done, GL_SYNC_FLUSH_COMMANDS_BIT, 1'000'000'000);
+        gl_.DeleteSync(pending.done);
+    }
+    pending_.clear();
 }
 
 std::vector<StepTiming> StepRunner::timings() {

@@ -25,7 +25,7 @@ struct GlFrame {
 /// thread.
 class StepRunner {
   public:
-    explicit StepRunner(const GlFunctions& gl);
+    StepRunner(const GlFunctions& gl, bool isHardware);
     ~StepRunner();
     StepRunner(const StepRunner&) = delete;
     StepRunner& operator=(const StepRunner&) = delete;
@@ -33,6 +33,9 @@ class StepRunner {
     /// Runs the step and puts its output among `frame.images`. Throws Error naming the step or the effect
     /// file.
     void run(const Step& step, GlFrame& frame);
+
+    /// Waits for each pass in turn, under a PassWatch of its name.
+    void finishPasses();
 
     /// Waits for the GPU; what each pass since the last call took.
     std::vector<StepTiming> timings();
@@ -62,6 +65,7 @@ class StepRunner {
     std::string persistentKey(const Step& step, const std::string& target) const;
 
     const GlFunctions& gl_;
+    const bool isHardware_;
     TexturePool pool_;
     ProgramCache programs_;
     Canvas canvas_;
@@ -75,6 +79,11 @@ class StepRunner {
         GLuint queries[2];  // timestamps before and after: llvmpipe miscounts GL_TIME_ELAPSED at first use
     };
     std::vector<PendingQuery> queries_;
+    struct PendingPass {
+        std::string name;
+        GLsync done;
+    };
+    std::vector<PendingPass> pending_;
 };
 
 }  // namespace brume

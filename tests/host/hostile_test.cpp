@@ -1,0 +1,153 @@
+// What anybody may hand to the program: names, presets and effect files that try to get further than they should.
+#include <filesystem>
+
+#include "program.hpp"
+
+namespace brume::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class HostileInput : public Program {
+  protected:
+    static std::string repeated(const std::string& part, int times) {
+        std::string all;
+        for (int k = 0; k < times; ++k) all += part;
+        return all;
+    }
+    void addEffect(const std::string& name, const std::string& passes, const std::string& body) {
+        addText(name, R"(/*{"SPACE": "linear", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}])" + passes +
+                          "}*/\n#include \"kit/image.glsl\"\n" + body);
+    }
+};
+
+TEST_F(HostileInput, aShaderThatNeverEndsIsGivenUpAndItsPassNamed) {
+    addFrame("a.exr", {1024, 768});  // llvmpipe ends a loop after 65536 rounds, which for a few pixels is soon
+    addEffect("spin.fs", R"(, "PASSES": [{"TARGET": "small"}, {"TARGET": "endless"}, {}])", R"(
+        void main() {
+            vec4 c = fetch(inputImage, pixel());
+        #ifdef PASS_endless
+            while (c.a > 0.0) {
+                for (int i = 0; i < 1000000; i++)
+                    for (int j = 0; j < 1000000; j++) c.r = fract(c.r * 1.7 + float(i ^ j));
+                c.a = c.r + 2.0;
+            }
+            store(c + fetch(small, pixel()));
+        #elif defined(PASS_output)
+            store(fetch(endless, pixel()));
+        #else
+            store(c);
+        #endif
+        })");
+    for (const char* backend : {"osmesa", "egl"})
+        expectError(std::string("apply spin.fs a.exr -o a.png --pass-seconds .5 --backend ") + backend, 2,
+                    "spin.fs: the pass spin/endless: did not finish within 0.5 s");
+}
+
+TEST_F(HostileInput, aPassThatRepeatsWithoutEndIsRefused) {
+    addFrame("a.exr");
+    addEffect("again.fs", R"(, "PASSES": [{"TARGET": "more", "REPEAT": "10^9"}, {}])",
+              "void main() { store(fetch(inputImage, pixel())); }");
+    expectError("apply again.fs a.exr -o a.png --backend osmesa", 2, "REPEAT '10^9' gives 1e+09; at most 65536");
+}
+
+TEST_F(HostileInput, shadersOfAbsurdSizeAreRefused) {
+    addFrame("a.exr");
+    addEffect("long.fs", "", repeated("float padding() { return 0.0; }\n", 150000));
+    expectError("apply long.fs a.exr -o a.png", 2, "long.fs: an effect file of");
+    addText("inner.glsl", repeated("// nothing, at some length\n", 400000));
+    addEffect("wide.fs", "", "#include \"inner.glsl\"\nvoid main() { store(fetch(inputImage, pixel())); }");
+    expectError("apply wide.fs a.exr -o a.png --backend osmesa", 2, "8 MiB");
+}
+
+TEST_F(HostileInput, includesNeitherCycleNorLeaveTheirPath) {
+    addFrame("a.exr");
+    const std::string body = "void main() { store(fetch(inputImage, pixel())); }";
+    addText("one.glsl", "#include \"two.glsl\"\n");
+    addText("two.glsl", "\n#include \"one.glsl\"\n");
+    addEffect("cycle.fs", "", "#include \"one.glsl\"\n" + body);
+    expectError("apply cycle.fs a.exr -o a.png --backend osmesa", 2, "two.glsl:2: #include \"one.glsl\" includes itself");
+    addEffect("up.fs", "", "#include \"../up.glsl\"\n" + body);
+    expectError("apply up.fs a.exr -o a.png --backend osmesa", 2, "leaves the include path");
+    addEffect("root.fs", "", "#include \"/etc/passwd\"\n" + body);
+    expectError("apply root.fs a.exr -o a.png --backend osmesa", 2, "leaves the include path");
+}
+
+TEST_F(HostileInput, presetsNameEffectsAndNoFiles) {
+    addFrame("a.exr");
+    addEffect("own.fs", "", "void main() { store(fetch(inputImage, pixel())); }");
+    fs::copy(BRUME_BINARY_DIR "/lib/brume/effects/depth_fog/depth_fog.so", path("own.so"));  // would be run
+    for (const char* name : {"./own.fs", "own.fs", "../own", "/tmp/own/own.fs"}) {
+        addText("p.json", std::string(R"({"effects": [{"effect": ")") + name + R"("}]})");
+        expectError("apply p.json a.exr -o a.png", 2, "is a path; a preset may only name effects");
+    }
+    addText("p.json", R"({"effects": [{"effect": "depth_fog", "output": "../../x"}]})");
+    expectError("apply p.json a.exr -o a.png", 2, "is a path; an image has a plain name");
+}
+
+TEST_F(HostileInput, presetsOfMonstrousJsonAreRefused) {
+    addFrame("a.exr");
+    addText("deep.json", repeated("[", 1000000));
+    expectError("apply deep.json a.exr -o a.png", 2, "nested deeper than 64");
+    addText("inner.json", R"({"effects": [{"effect": "depth_fog", "visibility": )" + repeated("{\"a\":", 100000));
+    expectError("apply inner.json a.exr -o a.png", 2, "nested deeper than 64");
+    addText("twice.json", R"({"effects": [{"effect": "depth_fog", "visibility": 1, "visibility": 2}]})");
+    expectError("apply twice.json a.exr -o a.png", 2, "says \"visibility\" twice");
+    addText("huge.json", R"({"effects": [{"effect": "depth_fog", "visibility": 1e999}]})");
+    expectError("apply huge.json a.exr -o a.png", 2, "holds a number that no double can hold");
+    addText("whole.json", R"({"effects": [{"effect": "gaussian_blur", "radius": 1e300}]})");
+    expectError("apply whole.json a.exr -o a.png", 2, "radius");
+    addText("long.json", repeated(" ", 5000000));
+    expectError("apply long.json a.exr -o a.png", 2, "at most 4 MiB");
+    addText("a.json", "{\"camera\": " + repeated("[", 1000000));
+    expectError("apply depth_fog a.exr -o a.png", 3, "a.json: is nested deeper than 64");
+}
+
+TEST_F(HostileInput, namesMayHoldAnyByte) {
+    addFrame("plain.exr");
+    for (const std::string name : {"a b", "a\nb", "100%s%n%d", "\xff\xfe", "-o", "a'\"b", "a\x1b[31mb"}) {
+        fs::copy(path("plain.exr"), path(name + ".exr"));
+        std::string quoted;
+        for (const char c : "./" + name + ".exr") quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        const auto ran = brume("apply depth_fog '" + quoted + "' -o out/ --report r.json");
+        EXPECT_EQ(ran.status, 0) << ran.err;
+        EXPECT_TRUE(fs::exists(path("out/" + name + ".exr"))) << name;
+        EXPECT_TRUE(fs::exists(path("r.json")));
+        // A record is JSON, so it cannot name a file whose name is no UTF-8: such outputs are not taken up again.
+        const auto resumed = brume("apply depth_fog '" + quoted + "' -o out/ --resume");
+        EXPECT_EQ(resumed.status, name[0] == '\xff' ? 3 : 0) << resumed.err;
+        fs::remove(path("r.json"));
+    }
+}
+
+TEST_F(HostileInput, aSentenceHoldsNoTerminalCodes) {
+    expectError("apply depth_fog \"$(printf 'x\\033[2Jy.exr')\" -o a.png", 3, "x\\x1b[2Jy.exr");
+}
+
+TEST_F(HostileInput, outputsStayInTheirFolder) {
+    addFrame("...exr");  // whose stem is ".."
+    addFrame("a.exr");
+    fs::create_directories(path("elsewhere"));
+    fs::create_directories(path("out"));
+    fs::create_directory_symlink("../elsewhere", path("out/a"));
+    expectError("apply depth_fog ...exr -o 'out/{stem}/x.png'", 2, "leads out of the folder 'out'");
+    expectError("apply depth_fog a.exr -o 'out/{stem}/x.png'", 2, "leads out of the folder 'out'");
+    // A link at the output's own name is replaced, not followed.
+    addText("elsewhere/precious", "keep me");
+    fs::create_symlink("../elsewhere/precious", path("out/a.png"));
+    EXPECT_EQ(brume("apply depth_fog a.exr -o out/a.png").status, 0);
+    EXPECT_EQ(bytesOf(path("elsewhere/precious")), "keep me");
+    EXPECT_FALSE(fs::is_symlink(path("out/a.png")));
+}
+
+TEST_F(HostileInput, limitsAreRaisedByFlags) {
+    addFrame("a.exr", {64, 48});
+    expectError("apply depth_fog a.exr -o a.png --max-pixels 3000", 3,
+                "a.exr: declares 64 × 48 pixels, more than the limit of 3000");
+    EXPECT_EQ(brume("apply depth_fog a.exr -o a.png --max-pixels 4000").status, 0);
+}
+
+}  // namespace
+}  // namespace brume::test
