@@ -126,6 +126,7 @@ BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const fl
                                float* const* sums) {
     Planes t;
     for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 4 * tile));
+    for (int i = 0; i < count; i += 16) __builtin_prefetch(depth + i + 4 * tile);
     const float brightest = separate(p.luminance, in, count, t);
     for (int i = 0; i < count; i++) sums[3][i] += t.color[3][i];
     if (brightest < darkest) return;
