@@ -181,8 +181,7 @@ vec3 tableMean(float dy) {
     float y = tableNode(node);
     // as means, so that the rounding of a node's height counts only where they differ; a cubic through too few nodes
     // can dip below 0
-    vec3 whole = table_to_node[node].rgb;
-    return max(whole + (tableCellMean(cell, y, dy) - whole) * ((dy - y) / dy), 0.0);
+    return max(table_to_node[node].rgb * (y / dy) + tableCellMean(cell, y, dy) * ((dy - y) / dy), 0.0);
 }
 
 // 4. march: the mean of ρ at the middles of equal steps

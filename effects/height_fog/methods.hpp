@@ -106,8 +106,8 @@ struct TableView {
         const int node = cell > eye ? cell : cell + 1;
         const Real from = nodeAt(node);
         // as means, so that the rounding of a node's height counts only where they differ
-        const Real whole = toNode[4 * node + n];
-        const Real mean = whole + (insideMean<method>(n, cell, from, y) - whole) * ((y - from) / y);
+        const Real mean =
+            toNode[4 * node + n] * (from / y) + insideMean<method>(n, cell, from, y) * ((y - from) / y);
         return mean > Real(0) ? mean : Real(0);  // a cubic through too few nodes can dip below
     }
 };
