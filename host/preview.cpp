@@ -68,7 +68,7 @@ void addPreview(CLI::App& program) {
         ->capture_default_str();
     command->add_option("--size", a->size, "The window's size, such as 1440x900 (default: as it was last)");
     command->add_option("--screenshot", o.screenshot,
-                        "Write the window to this PNG once the picture is there, and end");
+                        "Write the window to this PNG or JPEG once the picture is there, and end");
     command->add_option("--state", o.state,
                         "For tests: keep what the window shows and where, as JSON, in this file");
     command->add_option("--trace", o.trace,

@@ -429,7 +429,10 @@ void App::saveImage(const std::string& path) {
 
 void App::saveScreenshot(const std::string& path) {
     attempt([&] {
-        writePng(path, window.readPixels(), {});
+        if (std::filesystem::path(path).extension() == ".jpg")
+            writeThroughOpenImageIo(path, window.readPixels(), true, {});
+        else
+            writePng(path, window.readPixels(), {});
         session.say("Saved " + path);
     });
 }

@@ -36,7 +36,7 @@ bool drawListTable(App& app, const std::string& name, const Parameter& parameter
                        ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_Resizable;
     if (!value.rows.empty() && ImGui::BeginTable("rows", int(fields.size()) + 1, flags, {0, height})) {
         ImGui::TableSetupScrollFreeze(frozen, 1);
-        ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed | ImGuiTableColumnFlags_NoResize, 64);
+        ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed | ImGuiTableColumnFlags_NoResize, 76);
         for (const Parameter& field : fields) {
             std::string title = field.label.empty() ? field.name : field.label;
             std::replace(title.begin(), title.end(), '_', ' ');

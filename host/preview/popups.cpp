@@ -170,6 +170,7 @@ void drawPopups(App& app) {
 void drawHelp(App& app) {
     if (!app.isHelpOpen) return;
     ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Always, {.5f, .5f});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1);
     ImGui::Begin(
         "Keys and gestures", &app.isHelpOpen,
         ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
@@ -178,16 +179,17 @@ void drawHelp(App& app) {
     const auto& all = shortcuts();
     const size_t half = (all.size() + 1) / 2;
     const auto flags = ImGuiTableFlags_SizingFixedFit;
-    auto column = [&](const char* id, size_t from, size_t to) {
-        if (!ImGui::BeginTable(id, 2, flags)) return;
-        for (size_t k = from; k < to; k++) keyRow(all[k].keys, all[k].what);
-        ImGui::EndTable();
-    };
-    if (ImGui::BeginTable("columns", 2, ImGuiTableFlags_SizingFixedFit)) {
-        ImGui::TableNextColumn();
-        column("left", 0, half);
-        ImGui::TableNextColumn();
-        column("right", half, all.size());
+    if (ImGui::BeginTable("keys", 5, flags)) {
+        for (size_t k = 0; k < half; k++) {
+            keyRow(all[k].keys, all[k].what);
+            ImGui::TableNextColumn();
+            ImGui::Dummy({18, 0});
+            if (k + half >= all.size()) continue;
+            ImGui::TableNextColumn();
+            ImGui::TextColored(colors::accent, "%s", all[k + half].keys);
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(all[k + half].what);
+        }
         ImGui::EndTable();
     }
     ImGui::Separator();
@@ -196,6 +198,7 @@ void drawHelp(App& app) {
         ImGui::EndTable();
     }
     ImGui::End();
+    ImGui::PopStyleVar();
 }
 
 }  // namespace brume::preview

@@ -60,6 +60,7 @@ void applyTheme(double scale) {
     c[ImGuiCol_WindowBg] = grey(.135f);
     c[ImGuiCol_ChildBg] = grey(.135f, 0);
     c[ImGuiCol_PopupBg] = grey(.165f);
+    c[ImGuiCol_TitleBg] = c[ImGuiCol_TitleBgActive] = grey(.19f);
     c[ImGuiCol_Border] = grey(.27f);
     c[ImGuiCol_FrameBg] = grey(.205f);
     c[ImGuiCol_FrameBgHovered] = grey(.25f);

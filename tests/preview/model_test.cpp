@@ -50,7 +50,8 @@ TEST(Probe, KnowsDepthDistanceAndPlace) {
     EXPECT_EQ((*probe.after)[1], 2);
     // The ground of the sample lies 1.6 m below the eye, which stands at 1.6: 4 ulp of depth in fp32.
     EXPECT_NEAR((*probe.position)[1], 0, 1e-6);
-    EXPECT_NEAR(cv::norm(*probe.position - loaded.frame.camera.eye()), probe.distance, 1e-12 * probe.distance);
+    EXPECT_NEAR(cv::norm(*probe.position - loaded.frame.camera.eye()), probe.distance,
+                1e-12 * probe.distance);
     EXPECT_LT(double(probe.depth), probe.distance);
     const Probe above = probeAt(loaded, nullptr, sky);
     EXPECT_FALSE(above.position || above.after);
@@ -82,7 +83,8 @@ TEST(Smaller, KeepsTheView) {
     EXPECT_EQ(half.frame.size(), cv::Size(32, 24));
     EXPECT_EQ(half.frame.statedSize(), cv::Size(64, 48));
     // A pixel of the half looks where the corner of four pixels of the whole does.
-    const View whole = viewFor(ready.frame, ready.frame.size()), small = viewFor(half.frame, half.frame.size());
+    const View whole = viewFor(ready.frame, ready.frame.size()),
+               small = viewFor(half.frame, half.frame.size());
     const cv::Vec3d p = Camera(ready.frame.camera).ray(20.5, 30.5);
     const cv::Vec3d q = half.frame.camera.resized(half.frame.statedSize(), half.frame.size()).ray(10, 15);
     EXPECT_LT(cv::norm(p - q), 1e-12);

@@ -56,7 +56,10 @@ TEST_F(SessionTest, SavingKeepsEveryNumberAndKnowsItIsSaved) {
     EXPECT_TRUE(session.isSaved());
     session.addEffect("depth_fog");
     EXPECT_THAT(ids().back(), testing::Not("depth_fog"));  // the preset has one; ids differ
-    session.edit("a number", "", [](Chain& next) { next.steps.back().values["visibility"].numbers = {1. / 3}; next.steps.back().given.insert("visibility"); });
+    session.edit("a number", "", [](Chain& next) {
+        next.steps.back().values["visibility"].numbers = {1. / 3};
+        next.steps.back().given.insert("visibility");
+    });
     EXPECT_FALSE(session.isSaved());
     session.savePreset(path("saved.json"));
     EXPECT_TRUE(session.isSaved());
@@ -91,7 +94,8 @@ TEST_F(SessionTest, StepsMoveAndAreCopiedUnderIdsOfTheirOwn) {
 // The line is run, and must make what the window's chain makes.
 TEST_F(SessionTest, TheApplyLineMakesTheSamePicture) {
     addFrame("a frame.exr");
-    addText("fog.json", R"({"effects": [{"effect": "depth_fog", "measure": "optical range", "visibility": 30}]})");
+    addText("fog.json",
+            R"({"effects": [{"effect": "depth_fog", "measure": "optical range", "visibility": 30}]})");
     const auto here = std::filesystem::current_path();
     std::filesystem::current_path(folder_);
     session.openFrames({{"a frame.exr"}, "", "", "", 24});
