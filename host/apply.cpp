@@ -103,14 +103,21 @@ void explain(const Task& task, const Outcome& outcome, const Chain& chain) {
         auto found = std::find_if(chain.steps.begin(), chain.steps.end(),
                                   [&](const Step& s) { return s.id == step.id; });
         for (const auto& [name, value] : step.plan.chosen) {
-            std::string label = std::to_string(value);
+            std::string label = text(value);
             const Parameter* parameter =
                 found == chain.steps.end() ? nullptr : findParameter(found->effect->header.parameters, name);
             for (size_t k = 0; parameter && k < parameter->labels.size(); k++)
-                if (parameter->values[k] == value) label = parameter->labels[k];
+                if (double(parameter->values[k]) == value) label = parameter->labels[k];
             std::cout << name << " = " << label << "; ";
         }
         std::cout << step.plan.why << "\n";
+        if (step.tolerance == 0) continue;
+        char line[160];
+        std::snprintf(
+            line, sizeof line,
+            "    predicted: off by %.2g of an 8-bit step (%.2g allowed), for the time of %.2g frame copies\n",
+            255 * step.plan.predictedError, 255 * step.tolerance, step.plan.predictedCost);
+        std::cout << line;
     }
 }
 

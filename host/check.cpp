@@ -6,6 +6,7 @@
 #include <iostream>
 #include <set>
 
+#include "check_plan.hpp"
 #include "commands.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "effect/missing_half.hpp"
@@ -21,6 +22,7 @@ struct Arguments {
     std::vector<std::string> effects;
     BackendOption backend{"gl"};
     CheckOptions options;
+    PlanArguments plan;
     bool verbose = false;
 };
 
@@ -133,16 +135,23 @@ bool checkOne(const std::string& name, Runner& cpu, Runner& gl, const Arguments&
     return failed == 0;
 }
 
-void check(const Arguments& a) {
-    if (a.backend.name == "cpu" || a.backend.name == "auto")
-        failUsage("--backend ", a.backend.name, ": check needs OpenGL: gl, osmesa or egl");
+std::vector<std::string> namesOf(const Arguments& a) {
     const EffectRegistry& registry = EffectRegistry::standard();
     std::vector<std::string> names = a.effects;
     for (const std::string& name : names) registry.find(name);  // a wrong name before long work
-    auto refused = registry.refused();
+    const auto refused = registry.refused();
     if (names.empty())
         for (const std::string& name : registry.names())
             if (!refused.count(name)) names.push_back(name);
+    return names;
+}
+
+void check(const Arguments& a) {
+    const std::vector<std::string> names = namesOf(a);
+    if (a.plan.isAsked) return checkPlans(a.plan, names, a.options.seed, a.options.referencePixels);
+    if (a.backend.name == "cpu" || a.backend.name == "auto")
+        failUsage("--backend ", a.backend.name, ": check needs OpenGL: gl, osmesa or egl");
+    const auto refused = EffectRegistry::standard().refused();
     auto cpu = makeCpuRunner(true);
     auto gl = a.backend.makeRunner({});
     std::cout << gl->describe() << "\n"
@@ -180,6 +189,7 @@ void addCheck(CLI::App& program) {
     command
         ->add_option("--artefacts", a->options.artefacts, "Folder for the images of failures; empty for none")
         ->capture_default_str();
+    addPlanOptions(*command, a->plan);
     command->add_flag("-v,--verbose", a->verbose, "Print every case");
     command->footer(
         "Runs each effect on the same frames (random and HDR, single pixels, rows, every kind of depth, "
@@ -187,6 +197,9 @@ void addCheck(CLI::App& program) {
         "cameras) at default, extreme, every choice of, and random parameters. 'bound' is how much of the "
         "allowed\n"
         "difference was used: over 100 % fails, and the exit status is 1.\n"
+        "\n--plan draws parameters, lets \"auto\" choose, and measures against the reference: no 8-bit "
+        "picture may be "
+        "off\nby half a step.\n"
         "\nExamples:\n  brume check\n  brume check depth_fog --random 50 --seed 7\n  brume check "
         "my_filter.fs --backend egl");
     command->callback([a] { check(*a); });

@@ -15,6 +15,7 @@
 
 #include "common/blur_bessel.hpp"
 #include "common/blur_cpu.hpp"
+#include "common/blur_plan.hpp"
 #include "common/recursion.hpp"
 #include "effect/plugin.hpp"
 
@@ -155,10 +156,13 @@ void reference(const BesselBlur& p, const ReferenceContext& c, std::span<const c
                 double x = image[size_t(j) * width + i][n] = bounded(c.input.at<cv::Vec4f>(j, i)[n]);
                 largest = std::max(largest, std::abs(x));
             }
-    for (int j = 0; j < height; j++)
-        for (int i = 0; i < width; i++)
+    std::vector<bool> isAsked(width);  // columns
+    for (const cv::Point& pixel : pixels) isAsked[pixel.x] = true;
+    for (int i = 0; i < width; i++)
+        for (int j = 0; isAsked[i] && j < height; j++)
             for (int k = 0; k < width; k++)
-                rows[size_t(j) * width + i] += across[i][k] * image[size_t(j) * width + k];
+                if (across[i][k] != 0)
+                    rows[size_t(j) * width + i] += across[i][k] * image[size_t(j) * width + k];
     for (size_t k = 0; k < pixels.size(); k++) {
         cv::Vec4d sum;
         for (int j = 0; j < height; j++) sum += down[pixels[k].y][j] * rows[size_t(j) * width + pixels[k].x];
@@ -170,25 +174,53 @@ void reference(const BesselBlur& p, const ReferenceContext& c, std::span<const c
 
 // --- plan
 
+// L1 norm of a method's kernel less the true one, as measured for the plan.
+double kernelError(int method, double radius, double tolerance) {
+    if (method == recursive) return 1e-6;  // rounding
+    if (method == hold) return std::min(.4, .06 / (radius * radius));
+    if (method != decimated) return statedError({0, float(tolerance), method}, radius);
+    if (blur::besselFactor(radius, tolerance) == 1) return tolerance;
+    return tolerance < 1e-3 ? 1.5e-4 : 5e-4;
+}
+
+// Frame copies on the CPU at 1280×720 with two threads.
+double costOf(int method, double radius, int reach) {
+    if (method == fir) return .9 + .14 * reach;
+    if (method == decimated) return radius < 20 ? 2.7 : 1.9;
+    return 3.1;
+}
+
 Plan plan(const BesselBlur& p, const PlanInput& in) {
     Plan plan;
-    plan.maxOutput = std::min(std::max(in.maxInput, 65504. * !std::isfinite(in.maxInput)), 3e38);
+    // It overshoots beside edges, by the weight of the kernel's negative parts.
+    const double overshoot = .02 * (in.input.high - in.input.low);
+    plan.output = ImageBounds::anywhere(in.input.low - overshoot, in.input.high + overshoot);
+    const double radius = radiusOf(p, in.scene);
     if (p.radius == 0) {
         plan.skip = true;
-        plan.why = "skipped: a radius of 0 changes nothing";
+        plan.why = "a radius of 0 changes nothing";
         return plan;
     }
-    // In frame copies of 1920×1080, measured; the same order holds on GPUs.
-    int method = p.radius < 2.8 ? fir : p.radius < 9.9 ? recursive : decimated;
-    const double costs[] = {.9 + .8 * p.radius, 3.1, p.radius < 20 ? 2.7 : 1.9};
-    const char* whys[] = {"fir: below a radius of 2.8 px nothing is both cheaper and as exact",
-                          "recursive: exact, and the cheapest from 2.8 to 9.9 px",
-                          "decimated: from a radius of 9.9 px it is the cheapest, and its error stays under "
-                          "1e-3 of the brightest input"};
-    plan.chosen["method"] = method;
-    plan.predictedCost = costs[method];
-    plan.predictedError = statedError({p.radius, p.tolerance, method}, p.radius) * in.maxInput;
-    plan.why = whys[method];
+    const blur::Unseen unseen(in, {radius, 12, false});
+    std::vector<blur::Choice> choices;
+    auto offer = [&](int method, const char* name, double tolerance, double peak) {
+        if (!in.chooses("method") && method != p.method) return;
+        if (!in.chooses("tolerance")) tolerance = p.tolerance;
+        // A tolerance that was asked for holds for what is chosen.
+        const double error = kernelError(method, radius, tolerance);
+        if (!in.chooses("tolerance") && in.chooses("method") && error > 1.001 * p.tolerance &&
+            method != recursive)
+            return;
+        const int reach = method == fir ? int(blur::besselTaps(radius, tolerance).size()) - 1 : 0;
+        choices.push_back({method, name, tolerance, error, peak,
+                           costOf(method, radius, reach) * in.scene.size.area() / in.frame.size.area()});
+    };
+    offer(fir, "fir", std::clamp(unseen.error(1), 1e-6, .1), 1);
+    offer(recursive, "recursive", 1e-3, 4);
+    for (double tolerance : {1e-3, 1e-4}) offer(decimated, "decimated", tolerance, 5.5);
+    offer(hold, "hold", 1e-3, 4);
+    offer(bilinear, "bilinear", 1e-3, 4);
+    blur::choose(plan, in, unseen, choices);
     return plan;
 }
 

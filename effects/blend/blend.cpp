@@ -94,10 +94,38 @@ ReferencePixel reference(const Blend& p, const ReferenceContext& c, cv::Point at
     return pixel;
 }
 
+Plan plan(const Blend& p, const PlanInput& in) {
+    Plan plan;
+    const ImageBounds& second = in.images.at("second");
+    const double share = p.mode == addMode ? p.strength : std::min(1.f, p.strength);
+    const double other = std::max(std::abs(second.low), std::abs(second.high));
+    const double low = std::min({in.input.low, second.low, 0.}),
+                 high = std::max({in.input.high, second.high, 0.});
+    plan.predictedCost = 1.6;
+    plan.why = "as written, nothing cheaper";
+    plan.output = ImageBounds::anywhere(low, high);  // mix, screen
+    if (share > 0 && p.mode == addMode)
+        plan.output = ImageBounds::anywhere(in.input.low + share * std::min(0., second.low),
+                                            in.input.high + share * std::max(0., second.high)),
+        plan.gain = std::max(1., share);
+    if (share > 0 && p.mode == multiplyMode) {
+        const double most = std::max(1., other) * in.maxInput;
+        plan.output = ImageBounds::anywhere(low < 0 ? -most : 0, most);
+        plan.gain = std::max({1., other, in.maxInput});
+    }
+    if (share == 0) {
+        plan.output = in.input;
+        plan.skip = true;
+        plan.why = "a strength of 0 changes nothing";
+    }
+    return plan;
+}
+
 }  // namespace
 
 BRUME_PLUGIN(EffectOf<Blend>()
                  .bind("mode", &Blend::mode)
                  .bind("strength", &Blend::strength)
                  .rows(rows)
-                 .reference(reference))
+                 .reference(reference)
+                 .plan(plan))

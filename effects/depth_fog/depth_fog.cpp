@@ -236,8 +236,11 @@ BRUME_VECTORISE void rows(const DepthFog& p, const CpuContext& c, cv::Range rang
 // --- plan ----------------------------------------------------------------------------------------
 
 Plan plan(const DepthFog& p, const PlanInput& in) {
-    double airlight = 0;
-    for (int n = 0; n < 3; n++) airlight = std::max(airlight, double(p.color[n]));
+    double darkest = HUGE_VAL, airlight = 0;
+    for (int n = 0; n < 3; n++) {
+        darkest = std::min(darkest, double(p.color[n]));
+        airlight = std::max(airlight, double(p.color[n]));
+    }
     if (p.sun == powerSun) airlight += std::max({p.sunColor[0], p.sunColor[1], p.sunColor[2]});
     if (p.sun == henyeyGreenstein) {
         double g = std::abs(p.sunAnisotropy);
@@ -250,16 +253,18 @@ Plan plan(const DepthFog& p, const PlanInput& in) {
     for (int n = 0; n < 3; n++) opacity = std::max(opacity, 1 - truth.transmittance[n]);
 
     Plan plan;
-    plan.maxOutput = std::max(in.maxInput, airlight);
+    plan.output = in.input.mixedWith(std::min(0., darkest), airlight);
     plan.predictedCost = 1.3;
-    const double steepest = 12.92;  // of the sRGB curve
-    double change = opacity * std::max(1., plan.maxOutput) * steepest;
+    // Encoded values mix to what is that much nearer in steps, clipped or not.
+    double change =
+        p.mixing == 1 ? opacity * in.gain *
+                            (srgb(std::max(in.input.high, airlight)) - srgb(std::min(in.input.low, darkest)))
+                      : in.mixingShows(opacity, darkest, airlight);
     if (!in.transmittanceIsRead && change <= in.tolerance) {
         plan.skip = true;
         plan.predictedError = change;
         plan.predictedCost = 0;
-        plan.maxOutput = in.maxInput;
-        plan.why = "skipped: even the farthest surface changes by less than the tolerance";
+        plan.why = "even the farthest surface changes by less than the tolerance";
     } else {
         plan.why = "one closed form, nothing cheaper";
     }

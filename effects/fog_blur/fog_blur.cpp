@@ -18,6 +18,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "common/blur_plan.hpp"
 #include "effect/plugin.hpp"
 #include "fog_blur/ladder_cpu.hpp"
 #include "fog_blur/ladder_design.hpp"
@@ -315,17 +316,30 @@ void reference(const FogBlur& p, const ReferenceContext& c, std::span<const cv::
 
 Plan plan(const FogBlur& p, const PlanInput& in) {
     Plan plan;
-    plan.maxOutput = in.maxInput;
+    plan.output = ImageBounds::anywhere(in.input.low, in.input.high);
     if (p.radius == 0) {
         plan.skip = true;
-        plan.why = "skipped: a radius of 0 changes nothing";
+        plan.why = "a radius of 0 changes nothing";
         return plan;
     }
-    plan.chosen["method"] = ladderMethod;
-    plan.predictedError = .02 * in.maxInput;
-    // In frame copies of 1920×1080, measured: every level of the ladder adds as much.
-    plan.predictedCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius));
-    plan.why = "ladder: gather costs as many pixels as its largest blur covers";
+    // Pixels have blurs of every size up to the largest. Gather is exact, but looks at every pixel that its
+    // largest blur covers, seconds a frame: only a person chooses it.
+    const double largest = largestOf(p, in.scene), across = 8 * largest + 1;
+    double unseen = HUGE_VAL;
+    for (double deviation : {largest, .5 * largest, .25 * largest, std::min(largest, 1.)})
+        unseen = std::min(unseen, blur::Unseen(in, {deviation, 5, true}).error(4));
+    const double ladderError = p.edges == keep ? .03 : .021, ladderCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius)),
+                 gatherCost = 4 + .25 * across * across;
+    const bool isLadder = in.chooses("method") || p.method == ladderMethod;
+    plan.chosen["method"] = isLadder ? ladderMethod : gatherMethod;
+    plan.predictedError = (isLadder ? ladderError : 1e-3) / std::max(unseen, 1e-30) * in.tolerance;
+    plan.predictedCost = isLadder ? ladderCost : gatherCost;
+    plan.why =
+        isLadder ? plan.predictedError <= in.tolerance
+                       ? "ladder: its error does not show among this frame's lights"
+                       : "ladder: its error may show beside this frame's brightest lights; gather, the exact "
+                         "method, takes as many pixels as its largest blur covers"
+                 : "gather, as asked";
     return plan;
 }
 

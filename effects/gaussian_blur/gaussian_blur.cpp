@@ -15,6 +15,7 @@
 
 #include "common/blur_cpu.hpp"
 #include "common/blur_gaussian.hpp"
+#include "common/blur_plan.hpp"
 #include "common/box.hpp"
 #include "common/recursion.hpp"
 #include "effect/plugin.hpp"
@@ -154,10 +155,13 @@ void reference(const GaussianBlur& p, const ReferenceContext& c, std::span<const
                 double x = image[size_t(j) * width + i][n] = bounded(c.input.at<cv::Vec4f>(j, i)[n]);
                 largest = std::max(largest, std::abs(x));
             }
-    for (int j = 0; j < height; j++)
-        for (int i = 0; i < width; i++)
+    std::vector<bool> isAsked(width);  // columns
+    for (const cv::Point& pixel : pixels) isAsked[pixel.x] = true;
+    for (int i = 0; i < width; i++)
+        for (int j = 0; isAsked[i] && j < height; j++)
             for (int k = 0; k < width; k++)
-                rows[size_t(j) * width + i] += across[i][k] * image[size_t(j) * width + k];
+                if (across[i][k] != 0)
+                    rows[size_t(j) * width + i] += across[i][k] * image[size_t(j) * width + k];
     for (size_t k = 0; k < pixels.size(); k++) {
         cv::Vec4d sum;
         for (int j = 0; j < height; j++) sum += down[pixels[k].y][j] * rows[size_t(j) * width + pixels[k].x];
@@ -169,23 +173,64 @@ void reference(const GaussianBlur& p, const ReferenceContext& c, std::span<const
 
 // --- plan
 
+// L1 norm of a method's kernel less the true one, as measured for the plan (statedError bounds what a check
+// allows, which includes rounding).
+double kernelError(int method, double sigma, double tolerance) {
+    if (method == recursive) return 3e-5;
+    if (method != decimated) return statedError({0, float(tolerance), method}, sigma);
+    if (blur::gaussianFactor(sigma, tolerance) == 1) return tolerance;
+    return tolerance < 6e-4 ? 1.5e-4 : sigma < 4 ? 1e-3 : 5e-4;
+}
+
+// Frame copies on the CPU at 1280×720 with two threads.
+double costOf(int method, double sigma, int reach) {
+    switch (method) {
+        case fir:
+        case pascal:
+            return .75 + .115 * reach;
+        case recursive:
+            return 5;
+        case decimated:
+            return sigma < 8 ? 2.6 : 1.8;
+        default:
+            return 9;
+    }
+}
+
 Plan plan(const GaussianBlur& p, const PlanInput& in) {
     Plan plan;
-    plan.maxOutput = std::min(std::max(in.maxInput, 65504. * !std::isfinite(in.maxInput)), 3e38);
+    plan.output = ImageBounds::anywhere(in.input.low, in.input.high);
+    const double sigma = sigmaOf(p, in.scene);
     if (p.radius == 0) {
         plan.skip = true;
-        plan.why = "skipped: a radius of 0 changes nothing";
+        plan.why = "a radius of 0 changes nothing";
         return plan;
     }
-    // In frame copies of 1920×1080, measured; the same order holds on GPUs.
-    double firCost = .75 + .45 * p.radius, decimatedCost = p.radius < 8 ? 2.6 : 1.8;
-    bool isFir = p.radius < 3.5;
-    plan.chosen["method"] = isFir ? fir : decimated;
-    plan.predictedCost = isFir ? firCost : decimatedCost;
-    plan.predictedError =
-        statedError({p.radius, p.tolerance, isFir ? fir : decimated}, p.radius) * in.maxInput;
-    plan.why = isFir ? "fir: below a radius of 3.5 px nothing is both cheaper and as exact"
-                     : "decimated: from a radius of 3.5 px its error stays under 1e-3 of the brightest input";
+    const blur::Unseen unseen(in, {sigma, 5, true});
+    std::vector<blur::Choice> choices;
+    auto offer = [&](int method, const char* name, double tolerance, double peak) {
+        if (!in.chooses("method") && method != p.method) return;
+        // An infinite pixel counts as 65504: sums that hold it are rounded to steps that show, least in
+        // decimated.
+        const bool isInfinite = std::max(in.input.high, -in.input.low) >= 65504;
+        if (isInfinite && sigma >= 3.5 && in.chooses("method") && method != decimated) return;
+        if (!in.chooses("tolerance")) tolerance = p.tolerance;
+        // A tolerance that was asked for holds for what is chosen.
+        const double error = kernelError(method, sigma, tolerance);
+        if (!in.chooses("tolerance") && in.chooses("method") && error > 1.001 * p.tolerance &&
+            method != recursive)
+            return;
+        const int reach = method == pascal ? int(blur::pascalTaps(sigma, tolerance).size()) - 1
+                                           : blur::gaussianReach(sigma, tolerance);
+        choices.push_back({method, name, tolerance, error, peak,
+                           costOf(method, sigma, reach) * in.scene.size.area() / in.frame.size.area()});
+    };
+    offer(fir, "fir", std::clamp(unseen.error(1.5), 1e-6, .1), 1.5);
+    offer(recursive, "recursive", 1e-3, 4);
+    for (double tolerance : {1e-3, 1e-4}) offer(decimated, "decimated", tolerance, 3);
+    offer(box, "box", 1e-3, 4);
+    offer(pascal, "pascal", 1e-3, 4);
+    blur::choose(plan, in, unseen, choices);
     return plan;
 }
 

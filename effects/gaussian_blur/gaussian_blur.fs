@@ -11,8 +11,8 @@
     {"NAME": "method", "TYPE": "long", "VALUES": [0, 1, 2, 3, 4],
      "LABELS": ["fir", "recursive", "decimated", "box", "pascal"], "AUTO": true, "DEFAULT": "auto", "LABEL": "Method",
      "HINT": "fir costs what the radius asks; the others cost the same at any radius"},
-    {"NAME": "tolerance", "TYPE": "float", "DEFAULT": 0.001, "MIN": 1e-6, "MAX": 0.1, "LABEL": "Tolerance",
-     "HINT": "largest error per largest input that fir and pascal may make by cutting tails; decimated knows 1e-3 and 1e-4"}
+    {"NAME": "tolerance", "TYPE": "float", "AUTO": true, "DEFAULT": 0.001, "MIN": 1e-6, "MAX": 0.1, "LABEL": "Tolerance",
+     "HINT": "largest error of the kernel, per largest input; decimated knows 1e-3 and 1e-4; auto: whatever does not show on this frame"}
   ],
   "DERIVED": [
     {"NAME": "reach", "TYPE": "int", "FROM": ["radius", "method", "tolerance", "size"]},

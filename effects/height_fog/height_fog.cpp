@@ -314,9 +314,9 @@ Plan plan(const HeightFog& p, const PlanInput& in) {
                          : p.profile == ramp ? 2.4
                          : p.density2 > 0    ? 3
                                              : 1.8;  // measured
-    double airlight = 0;
-    for (int n = 0; n < 3; n++) airlight = std::max(airlight, double(p.color[n]));
-    plan.maxOutput = std::max(in.maxInput, airlight);
+    const auto [darkest, airlight] =
+        std::minmax({double(p.color[0]), double(p.color[1]), double(p.color[2])});
+    plan.output = in.input.mixedWith(darkest, airlight);
 
     // The densest of all heights that the ways pass bounds the opacity of the farthest.
     const double low = std::min(in.frame.minHeight, in.frame.eyeHeight),
@@ -338,14 +338,12 @@ Plan plan(const HeightFog& p, const PlanInput& in) {
         for (const cv::Vec3d& v : {fromEye.endlessIntegral(true), fromEye.endlessIntegral(false)})
             if (v[0] + v[1] + v[2] > 0) depth = HUGE_VAL;
     }
-    const double steepest = 12.92;  // of the sRGB curve
-    const double change = -std::expm1(-depth) * std::max(1., plan.maxOutput) * steepest;
+    const double change = in.mixingShows(-std::expm1(-depth), darkest, airlight);
     if (!in.transmittanceIsRead && change <= in.tolerance) {
         plan.skip = true;
         plan.predictedError = change;
         plan.predictedCost = 0;
-        plan.maxOutput = in.maxInput;
-        plan.why = "skipped: even the longest way through the densest height changes less than the tolerance";
+        plan.why = "even the longest way through the densest height changes less than the tolerance";
     }
     return plan;
 }

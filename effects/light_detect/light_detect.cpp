@@ -260,13 +260,36 @@ ReferencePixel reference(const LightDetect& p, const ReferenceContext& c, cv::Po
     return pixel;
 }
 
+// Lights are bounded tile by tile, so that a blur of them need not fear one everywhere.
 Plan plan(const LightDetect& p, const PlanInput& in) {
     Plan plan;
-    double brightest = std::isfinite(in.maxInput) ? in.maxInput : 65504.;
-    plan.maxOutput = brightest * std::max(1.f, p.saturation);
-    if (p.limit > 0) plan.maxOutput = std::min(plan.maxOutput, double(p.limit));
-    plan.maxOutput *= p.intensity;
+    const double colorful = std::max(1., double(p.saturation)), begin = p.threshold - p.knee;
+    auto brightest = [&](double light) {  // of pixels whose largest channel is at most `light`
+        const double luminance = p.luminance == encoded601 ? encoded(light) : light;
+        if (!(light > 0) || luminance < begin) return 0.;
+        const double most = light * colorful;
+        return (p.limit > 0 ? std::min(most, double(p.limit)) : most) * p.intensity;
+    };
+    plan.output = ImageBounds::anywhere(0, brightest(in.input.high));
+    if (!in.input.mean.empty()) {
+        const cv::Size tiles = in.input.mean.size();
+        plan.output.lowest = cv::Mat::zeros(tiles, CV_32FC3);
+        plan.output.highest.create(tiles, CV_32FC3);
+        plan.output.mean.create(tiles, CV_32FC3);
+        for (int j = 0; j < tiles.height; j++)
+            for (int i = 0; i < tiles.width; i++) {
+                const auto& highest = in.input.highest.at<cv::Vec3f>(j, i);
+                const auto& mean = in.input.mean.at<cv::Vec3f>(j, i);
+                const double most = brightest(std::max({highest[0], highest[1], highest[2]}));
+                const double sum = double(mean[0]) + mean[1] + mean[2];
+                plan.output.highest.at<cv::Vec3f>(j, i) = cv::Vec3f::all(float(most));
+                plan.output.mean.at<cv::Vec3f>(j, i) = cv::Vec3f::all(
+                    float(in.input.low < 0 ? most : std::min(most, sum * colorful * p.intensity)));
+            }
+    }
     plan.predictedCost = p.reduction == 1 ? 2.2 : 1.7;
+    // Where the knee rises; without one a pixel is a light or is not, and no bound holds.
+    plan.gain = std::max(1., colorful * p.intensity * (1 + 12.92 / std::max(double(p.knee), .05)));
     plan.why = "detects at every pixel; reduced resolutions average what was detected";
     return plan;
 }

@@ -34,7 +34,7 @@
         {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["procedural", "baked"], "AUTO": true, "DEFAULT": "auto", "GROUP": "method"},
         {"NAME": "resolution", "TYPE": "long", "UNIT": "texels", "VALUES": [32, 64, 128], "LABELS": ["32", "64", "128"], "DEFAULT": "128", "GROUP": "method", "HINT": "baked: edge of the volume that holds one tile"},
         {"NAME": "smoothing", "TYPE": "long", "DEFAULT": 0, "MIN": 0, "MAX": 2, "GROUP": "method", "HINT": "baked, at the surface: blur by row 0, 2 or 4 of Pascal's triangle along each axis (P5)"},
-        {"NAME": "steps", "TYPE": "long", "DEFAULT": 32, "MIN": 1, "MAX": 64, "GROUP": "method", "HINT": "along the ray"},
+        {"NAME": "steps", "TYPE": "long", "AUTO": true, "DEFAULT": 32, "MIN": 1, "MAX": 64, "GROUP": "method", "HINT": "along the ray"},
         {"NAME": "range", "TYPE": "float", "UNIT": "m", "DEFAULT": 150, "MIN": 0, "MAX": 1e4, "UI_MAX": 500, "GROUP": "method", "HINT": "along the ray: farther the noise counts as its mean"},
 
         {"NAME": "x_profile", "TYPE": "long", "LABEL": "x profile", "VALUES": [0, 1, 2, 3, 4], "LABELS": ["constant", "exponential", "ramp", "table", "noise"],

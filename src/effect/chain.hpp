@@ -45,6 +45,7 @@ struct StepPlan {
     std::string id;
     Plan plan;
     bool planned = false;  ///< false: nothing to decide, run as written
+    double tolerance = 0;  ///< its share of the error that nobody sees, in the unit of Plan::predictedError
 };
 
 /// Gives parameters with a SIDECAR key, unless the preset named them, what the frame's sidecar says.
@@ -53,6 +54,7 @@ struct StepPlan {
 /// a value of the wrong form.
 Chain withSidecar(const Chain& chain, const FramePair& frame);
 
+/// What plans know of a captured frame; its depth has been resolved.
 FrameStatistics measureFrame(const FramePair& frame);
 
 /// Resolves every "auto" and drops what cannot be seen; `decisions` (may be null) gets one entry a step.

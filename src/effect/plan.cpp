@@ -2,93 +2,205 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "effect/chain.hpp"
-#include "effect/kit/view.hpp"
+#include "effect/runner.hpp"
+#include "frame/color_encoding.hpp"
 
 namespace brume {
 
-FrameStatistics measureFrame(const FramePair& frame) {
-    FrameStatistics s;
-    s.size = frame.size();
-    s.eyeHeight = frame.camera.eye()[1];
-    s.depthHistogram.assign(32, 0);
-    s.minDistance = s.minHeight = s.minRayUp = HUGE_VAL;
-    s.maxHeight = s.maxRayUp = -HUGE_VAL;
-    const cv::Size stated = frame.statedSize();
-    auto view = View::of(frame.camera, s.size.width, s.size.height, stated.width, stated.height);
-    size_t sky = 0;
-    double maxColor = 0;
-    for (int j = 0; j < s.size.height; j++) {
-        const float* depth = frame.depth.ptr<float>(j);
-        const cv::Vec4f* color = frame.color.ptr<cv::Vec4f>(j);
-        float y = view.rayY(j);
-        for (int i = 0; i < s.size.width; i++) {
-            for (int k = 0; k < 3; k++)
-                if (std::isfinite(color[i][k])) maxColor = std::max(maxColor, std::abs(double(color[i][k])));
-            float luminance = .2126f * color[i][0] + .7152f * color[i][1] + .0722f * color[i][2];
-            if (std::isfinite(luminance)) s.maxLuminance = std::max(s.maxLuminance, double(luminance));
-            float x = view.rayX(i);
-            float length = View::rayLength(x, y);
-            const auto& r = view.worldFromView;
-            float up = (r(1, 0) * x + r(1, 1) * y - r(1, 2)) / length;
-            s.minRayUp = std::min(s.minRayUp, double(up));
-            s.maxRayUp = std::max(s.maxRayUp, double(up));
-            if (!(depth[i] < HUGE_VALF)) {
-                sky += depth[i] > 0;
-                continue;
-            }
-            double distance = double(depth[i]) * length;
-            s.minDistance = std::min(s.minDistance, distance);
-            s.maxDistance = std::max(s.maxDistance, distance);
-            double height = s.eyeHeight + distance * up;
-            s.minHeight = std::min(s.minHeight, height);
-            s.maxHeight = std::max(s.maxHeight, height);
-            if (distance > 0) s.depthHistogram[std::clamp(std::ilogb(distance) + 8, 0, 31)]++;
-        }
-    }
-    double pixels = std::max(1., double(s.size.area()));
-    s.maxColor = maxColor;
-    s.skyShare = sky / pixels;
-    for (auto& bin : s.depthHistogram) bin /= pixels;
-    if (s.minDistance == HUGE_VAL) s.minDistance = s.maxDistance = s.minHeight = s.maxHeight = 0;
-    return s;
+ImageBounds ImageBounds::mixedWith(double from, double to) const {
+    ImageBounds mixed = *this;
+    mixed.low = std::min(low, from), mixed.high = std::max(high, to);
+    if (mean.empty()) return mixed;
+    cv::min(lowest, cv::Scalar::all(from), mixed.lowest);
+    cv::max(highest, cv::Scalar::all(to), mixed.highest);
+    cv::max(mean, cv::Scalar::all(to), mixed.mean);
+    return mixed;
 }
+
+ImageBounds ImageBounds::anywhere(double from, double to) {
+    ImageBounds bounds;
+    bounds.low = from, bounds.high = to;
+    return bounds;
+}
+
+double PlanInput::visible(double a, double b) const {
+    a *= gain, b *= gain;
+    if (std::isnan(a) || std::isnan(b)) return a == b ? 0 : HUGE_VAL;
+    if (isLast) return std::abs(srgbEncode(std::clamp(a, 0., 1.)) - srgbEncode(std::clamp(b, 0., 1.)));
+    const double larger = std::max(std::abs(a), std::abs(b));
+    if (larger <= 1) return std::abs(srgbEncode(a) - srgbEncode(b));
+    // The curve's slope at 1: what a ratio makes of a value that is darkened to just below white.
+    return std::isinf(larger) ? (a == b ? 0 : HUGE_VAL) : std::abs(a - b) / larger * (1.055 / 2.4);
+}
+
+double PlanInput::largestUnseen(double lowest) const {
+    if (std::isinf(gain)) return 0;
+    const double slope = 1.055 / 2.4;  // of the curve at 1
+    double error;
+    if (isLast && lowest >= 1) {
+        error = lowest - srgbDecode(1 - tolerance);
+    } else if (lowest >= 1) {
+        error = lowest * tolerance / slope;
+    } else {
+        // The curve is concave: an error shows most just above `lowest`, downwards.
+        const double encoded = srgbEncode(std::max(0., lowest));
+        error = encoded <= tolerance ? srgbDecode(tolerance) : lowest - srgbDecode(encoded - tolerance);
+    }
+    return error / gain;
+}
+
+double PlanInput::mixingShows(double opacity, double from, double to) const {
+    if (!(opacity > 0)) return 0;
+    // A pixel changes most at one end of what there is, or where clipping begins.
+    double most = 0;
+    auto within = [&](double color) { return std::clamp(color, input.low, std::max(input.low, input.high)); };
+    for (double color : {input.low, within(0), within(1), input.high})
+        for (double light : {from, to}) {
+            const double mixed = opacity >= 1 ? light : color * (1 - opacity) + light * opacity;
+            most = std::max(most, visible(color, mixed));
+        }
+    return most;
+}
+
+namespace {
+
+// What is known of the images while the chain goes by.
+struct Known {
+    std::map<std::string, ImageBounds> bounds;
+    std::map<std::string, std::vector<Probe>> probes;
+
+    ImageBounds of(const std::string& image) const {
+        auto found = bounds.find(image);
+        return found == bounds.end() ? ImageBounds{} : found->second;
+    }
+    // Colours of an image at the frame's probes; where they are not known, the tile's bounds.
+    std::vector<Probe> at(const std::string& image, const std::vector<Probe>& places) const {
+        if (auto found = probes.find(image); found != probes.end()) return found->second;
+        std::vector<Probe> result = places;
+        const ImageBounds bounds = of(image);
+        for (Probe& probe : result) {
+            const cv::Point tile = probe.pixel / ImageBounds::tile;
+            for (int n = 0; n < 3; n++) {
+                probe.low[n] = bounds.mean.empty() ? bounds.low : bounds.lowest.at<cv::Vec3f>(tile)[n];
+                probe.high[n] = bounds.mean.empty() ? bounds.high : bounds.highest.at<cv::Vec3f>(tile)[n];
+            }
+        }
+        return result;
+    }
+};
+
+std::set<std::string> automaticOf(const Step& step) {
+    std::set<std::string> names;
+    for (const auto& [name, value] : step.values)
+        if (value.automatic) names.insert(name);
+    return names;
+}
+
+bool isReadLater(const std::vector<const Step*>& steps, size_t after, const std::string& image) {
+    return std::any_of(steps.begin() + long(after) + 1, steps.end(),
+                       [&](const Step* step) { return step->reads(image) || step->input == image; });
+}
+
+// By how much the steps after each may amplify an error in what it writes, at least 1.
+std::vector<double> gainsAfter(const std::vector<const Step*>& steps, const std::vector<double>& own) {
+    std::map<std::string, double> ofImage = {{"color", 1}};
+    std::vector<double> after(steps.size(), 1);
+    for (size_t k = steps.size(); k-- > 0;) {
+        const Step& step = *steps[k];
+        const double gain = std::max(1., ofImage[step.output]);
+        after[k] = gain;
+        if (step.output != step.input) ofImage[step.output] = 0;  // what was there before is lost
+        auto reads = [&](double& image) { image = std::max(image, gain * own[k]); };
+        reads(ofImage[step.input]);
+        for (const auto& parameter : step.effect->header.parameters)
+            if (parameter.type == ParameterType::Image) reads(ofImage[step.imageOf(parameter.name)]);
+    }
+    return after;
+}
+
+}  // namespace
 
 Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
                 const std::vector<std::string>& keep, std::vector<StepPlan>* decisions) {
     Chain planned = chain;
     planned.steps.clear();
-    auto planners = std::count_if(chain.steps.begin(), chain.steps.end(), [](const Step& step) {
-        return step.enabled && step.effect->plugin && step.effect->plugin->hasPlan();
-    });
+    std::vector<const Step*> steps;
+    for (const Step& step : chain.steps)
+        if (step.enabled) steps.push_back(&step);
+    auto plans = [](const Step* step) { return step->effect->plugin && step->effect->plugin->hasPlan(); };
+    const auto planners = std::count_if(steps.begin(), steps.end(), plans);
+
     PlanInput input;
     if (planners > 0) input.frame = measureFrame(frame);
+    input.scene = deriveContextFor(frame, frame.size());
     input.backend = backend;
     input.tolerance = 1. / 510 / std::max(1., double(planners));
-    input.maxInput = input.frame.maxColor;
     input.transmittanceIsRead = chain.readsTransmittance(keep);
 
-    for (const Step& step : chain.steps) {
-        if (!step.enabled) continue;
-        StepPlan decision{step.id, {}, false};
-        Step chosen = step;
-        const auto& plugin = step.effect->plugin;
-        if (plugin && plugin->hasPlan()) {
-            decision.plan = plugin->plan(plugin->makeParams(step.values), input);
-            decision.planned = true;
-            for (auto& [name, value] : decision.plan.chosen) {
-                auto& parameter = chosen.values.at(name);
-                if (parameter.automatic) parameter = ParameterValue{{double(value)}};
+    // Once to learn how much each step may amplify what comes before it, then for good.
+    std::vector<double> gains(steps.size(), 1);
+    std::vector<StepPlan> made;
+    for (bool isFinal : {false, true}) {
+        if (isFinal && std::all_of(gains.begin(), gains.end(), [](double g) { return g <= 1; })) break;
+        Known known;
+        known.bounds["color"] = known.bounds["captured"] = input.frame.color;
+        known.probes["color"] = known.probes["captured"] = input.frame.probes;
+        known.bounds["transmittance"] = ImageBounds::anywhere(0, 1);
+        made.clear();
+        const std::vector<double> after = gainsAfter(steps, gains);
+        for (size_t k = 0; k < steps.size(); k++) {
+            const Step& step = *steps[k];
+            StepPlan decision{step.id, {}, false};
+            // An effect whose output somebody else reads by name has to run: skipping it would leave the
+            // name unmade.
+            const bool inPlace = step.input == step.output;
+            if (plans(&step)) {
+                const auto& plugin = step.effect->plugin;
+                PlanInput own = input;
+                own.automatic = automaticOf(step);
+                own.input = known.of(step.input);
+                for (const auto& parameter : step.effect->header.parameters)
+                    if (parameter.type == ParameterType::Image &&
+                        parameter.name != step.effect->header.mainImage()) {
+                        const std::string image = step.imageOf(parameter.name);
+                        own.images[parameter.name] = known.of(image);
+                        if (auto found = frame.images.find(image); found != frame.images.end())
+                            own.captured[parameter.name] = found->second;
+                    }
+                own.maxInput = std::max(std::abs(own.input.low), std::abs(own.input.high));
+                own.frame.probes = known.at(step.input, input.frame.probes);
+                own.isLast = !isReadLater(steps, k, step.output);
+                own.gain = after[k];
+                decision.plan = plugin->plan(plugin->makeParams(step.values), own);
+                decision.planned = true;
+                decision.tolerance = own.tolerance;
+                if (!inPlace) decision.plan.skip = false;
+                gains[k] = decision.plan.gain;
+                if (decision.plan.skip) {
+                    decision.plan.output = own.input;
+                    decision.plan.probes = own.frame.probes;
+                }
+                known.bounds[step.output] = decision.plan.output;
+                known.probes.erase(step.output);
+                if (!decision.plan.probes.empty()) known.probes[step.output] = decision.plan.probes;
+            } else {
+                known.bounds[step.output] = {};
+                known.probes.erase(step.output);
             }
-            input.maxInput = decision.plan.maxOutput;
+            made.push_back(decision);
         }
-        // An effect whose output somebody else reads by name has to run: skipping it would leave the name
-        // unmade.
-        bool inPlace = step.input == step.output;
-        if (!(decision.plan.skip && inPlace)) planned.steps.push_back(chosen);
-        if (!inPlace) decision.plan.skip = false;
-        if (decisions) decisions->push_back(decision);
+    }
+    for (size_t k = 0; k < steps.size(); k++) {
+        Step chosen = *steps[k];
+        for (auto& [name, value] : made[k].plan.chosen) {
+            auto& parameter = chosen.values.at(name);
+            if (parameter.automatic) parameter = ParameterValue{{value}};
+        }
+        if (!made[k].plan.skip) planned.steps.push_back(chosen);
+        if (decisions) decisions->push_back(made[k]);
     }
     return planned;
 }

@@ -1,14 +1,40 @@
-// The plan: model no more than this frame needs (MODELS.md §9).
+// The plan: model no more than this frame needs (MODELS.md §9). A plan never reads pixels back: it knows what
+// was measured once of the captured frame, and bounds that each effect passes on to the next.
 #pragma once
 
 #include <map>
-#include <opencv2/core/types.hpp>
+#include <opencv2/core/mat.hpp>
+#include <set>
 #include <string>
 #include <vector>
+
+#include "effect/derive_context.hpp"
 
 namespace brume {
 
 enum class Backend { Cpu, Gl };
+
+/// What is known of an image: bounds of its colour channels, as a whole and by tiles. Infinite values count
+/// as ±65504 and NaN as 0, as blurs take them.
+struct ImageBounds {
+    static constexpr int tile = 16;  ///< px of the frame along an edge
+    double low = -HUGE_VAL, high = HUGE_VAL;
+    /// CV_32FC3, one pixel a tile: least, greatest and mean of each channel; empty: known as a whole only.
+    cv::Mat lowest, highest, mean;
+
+    /// The bounds after every pixel was mixed with something between `from` and `to`.
+    ImageBounds mixedWith(double from, double to) const;
+    /// The bounds where places are not kept, within [from, to].
+    static ImageBounds anywhere(double from, double to);
+};
+
+/// One pixel of the captured frame. Plans try methods on such pixels.
+struct Probe {
+    cv::Point pixel;
+    cv::Vec3d direction;  ///< unit, world
+    double distance = 0;  ///< m along the ray, inf: sky
+    cv::Vec3d low, high;  ///< bounds of its colour as it arrives; equal where it is known
+};
 
 /// Taken once from the captured frame (after depth has been resolved).
 struct FrameStatistics {
@@ -17,28 +43,52 @@ struct FrameStatistics {
     double minDistance = 0, maxDistance = 0;  ///< m along the ray, finite depths only; 0, 0 if there is none
     double minHeight = 0, maxHeight = 0;      ///< m, world y of surfaces
     double eyeHeight = 0;
-    double maxRayUp = 0, minRayUp = 0;  ///< range of the unit ray's world y over the image
-    double maxColor = 0;                ///< largest finite channel
-    double maxLuminance = 0;
-    /// Share of pixels by log2 of distance, bins of one octave from 2^-8 m; sky is not in it.
-    std::vector<double> depthHistogram;
+    double radiansPerPixel = 0;  ///< at the middle of the image
+    ImageBounds color;
+    std::vector<Probe> probes;  ///< the extremes (nearest, farthest, brightest, ...) and some of everywhere
 };
 
 struct PlanInput {
     FrameStatistics frame;
+    DeriveContext scene;  ///< camera, time, sidecar, as derived constants get them
+    /// Image parameters whose pixels are known beforehand: those that the capture brought (a light's depth
+    /// map).
+    std::map<std::string, cv::Mat> captured;
     Backend backend = Backend::Cpu;
-    double tolerance = 1. / 510;  ///< allowed error of this effect, |enc(clip(auto)) - enc(clip(reference))|
-    double maxInput = 0;          ///< upper bound of a channel arriving from the effects before
+    std::set<std::string> automatic;  ///< the parameters that are "auto": those to choose
+    double tolerance = 1. / 510;      ///< allowed error of this effect, in what `visible` returns
+    bool isLast = true;               ///< no later step reads what this one writes
+    double gain = 1;                  ///< later effects may multiply an error in linear light by at most this
+    ImageBounds input;                ///< of the main input image
+    std::map<std::string, ImageBounds> images;  ///< of the other image parameters
+    double maxInput = 0;                        ///< its largest |channel|
     bool transmittanceIsRead = false;
+
+    bool chooses(const std::string& parameter) const { return automatic.count(parameter) > 0; }
+
+    /// How far apart two values of a channel look in the end: |enc(clip(a)) - enc(clip(b))|, sRGB-encoded.
+    /// Where later effects might darken it, nothing is clipped, and above 1 only the ratio counts.
+    double visible(double a, double b) const;
+    /// The largest error in linear light that stays within the tolerance wherever the true value is at least
+    /// `lowest`.
+    double largestUnseen(double lowest) const;
+    /// How visible an effect at most is that mixes, at any pixel, up to `opacity` of a light between `from`
+    /// and `to` into the main input.
+    double mixingShows(double opacity, double from, double to) const;
 };
 
 struct Plan {
-    bool skip = false;                   ///< the effect cannot change a pixel by the tolerance
-    std::map<std::string, long> chosen;  ///< value of each parameter that was "auto"
-    double predictedError = 0;           ///< in the tolerance's unit
-    double predictedCost = 0;            ///< in frame copies
-    double maxOutput = 0;                ///< upper bound of a channel leaving
-    std::string why;                     ///< one sentence
+    bool skip = false;                     ///< the effect cannot change a pixel by the tolerance
+    std::map<std::string, double> chosen;  ///< value of each parameter that is "auto"
+    /// Values of "auto" parameters that the model has where a choice leaves some of it out (all octaves,
+    /// say): what the reference computes. Others do not matter to it.
+    std::map<std::string, double> model;
+    double predictedError = 0;  ///< in the tolerance's unit
+    double predictedCost = 0;   ///< in frame copies, on PlanInput's backend
+    ImageBounds output;         ///< of the image leaving
+    std::vector<Probe> probes;  ///< with the colours leaving; empty: only known to lie within `output`
+    double gain = 1;            ///< by at most this an error arriving in linear light grows
+    std::string why;            ///< one sentence
 };
 
 }  // namespace brume

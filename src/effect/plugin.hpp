@@ -40,17 +40,6 @@ struct CpuContext {
     std::span<const float> derived(std::string_view name) const { return derivedValues->find(name)->second; }
 };
 
-/// What `derive` functions may look at, all fp64.
-struct DeriveContext {
-    Camera camera;
-    cv::Size size;  ///< of the image being worked on
-    cv::Size frameSize;
-    double time = 0;
-    int frameIndex = 0;
-    uint32_t seed = 0;
-    std::shared_ptr<const nlohmann::json> extras;  ///< the frame's sidecar, or null
-};
-
 /// What the reference knows of a frame: the images as captured (fp32 values, exact), the camera in fp64.
 struct ReferenceContext {
     Camera camera;

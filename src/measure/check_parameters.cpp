@@ -69,7 +69,7 @@ ParameterValue concreteDefault(const Parameter& p) {
         for (int c = 0; c < componentCount(p.type); c++) {
             auto [low, high] = rangeOf(p, c, true);
             value.numbers.resize(componentCount(p.type));
-            value.numbers[c] = (low + high) / 2;
+            value.numbers[c] = low > 0 && high / low > 100 ? std::sqrt(low * high) : (low + high) / 2;
         }
     return value;
 }
