@@ -219,7 +219,7 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
     });
     if (!a.report.empty()) report.write(a.report);
     size_t finished = report.made() + report.upToDate() + report.failed();
-    if (isLong) std::cout << report.summary() << "\n";
+    if (isLong || report.upToDate() > 0) std::cout << report.summary() << "\n";
     if (interrupted)
         failIo("interrupted after ", finished, " of ", batch.tasks.size(),
                " outputs; the same command with --resume continues");
@@ -251,6 +251,10 @@ void apply(Arguments a) {
         if (isSame) a.firstIndex = making.index;
     } else {
         if (a.preset.empty()) failUsage("apply: give a PRESET (or an effect's name) and at least one FRAME");
+        const std::string ending = fs::path(a.preset).extension().string();
+        if (ending != ".json" && ending != ".fs" && fs::is_regular_file(a.preset))
+            failUsage("apply: '", a.preset,
+                      "' is no preset (.json) and no effect (.fs); the preset comes first, then the frames");
         chain = readPreset(a.preset, EffectRegistry::standard());
     }
     std::vector<Sweep> sweeps;

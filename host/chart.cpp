@@ -51,7 +51,9 @@ void addChart(CLI::App& program) {
     CLI::App* command =
         program.add_subcommand("chart", "Speed against accuracy, as charts, tables and error maps");
     command->add_option("EFFECT", a->effects, "Effects' names or .fs files (default: all there are)");
-    command->add_option("-o,--output", a->output, "Folder for what is written, made if missing")->required();
+    a->output = "charts";
+    command->add_option("-o,--output", a->output, "Folder for what is written, made if missing")
+        ->capture_default_str();
     command
         ->add_option("--frame", a->frames,
                      "A captured frame to work on (default: one made up of walls and sky)")

@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "effect/effect.hpp"
+#include "effect/preset.hpp"
 #include "measure/stability.hpp"
 
 namespace brume::host {
@@ -84,7 +85,10 @@ void printWrapped(const std::string& text, const std::string& indent) {
     if (line.size() > indent.size()) std::cout << line << "\n";
 }
 
-void printParameters(const std::vector<Parameter>& parameters, const std::string& indent) {
+void printParameters(std::vector<Parameter> parameters, const std::string& indent) {
+    // Those of no group first: a group's heading has no end.
+    std::stable_partition(parameters.begin(), parameters.end(),
+                          [](const Parameter& p) { return p.group.empty(); });
     size_t widest = 0;
     for (const Parameter& p : parameters) widest = std::max(widest, widthOf(p.name));
     std::string group;
@@ -149,7 +153,21 @@ void printBreaks(const Effect& effect) {
     }
 }
 
+// True where `name` is a preset: what it holds, and where, to copy and change.
+bool printPreset(const std::string& name) {
+    for (const auto& [preset, path] : shippedPresets()) {
+        if (preset != name) continue;
+        const Chain chain = readPreset(path, EffectRegistry::standard());
+        std::cout << name << " (preset)\n";
+        printWrapped(chain.description, "  ");
+        std::cout << "\n" << writePreset(chain) << "\nFile: " << path << "\n";
+        return true;
+    }
+    return false;
+}
+
 void info(const std::string& name) {
+    if (printPreset(name)) return;
     auto effect = EffectRegistry::standard().find(name);
     const EffectHeader& header = effect->header;
     std::cout << header.name << (effect->plugin ? "" : " (GLSL only)") << "\n";
@@ -176,9 +194,10 @@ void info(const std::string& name) {
 
 void addInfo(CLI::App& program) {
     auto name = std::make_shared<std::string>();
-    CLI::App* command =
-        program.add_subcommand("info", "One effect: its parameters, passes, and where it breaks");
-    command->add_option("EFFECT", *name, "An effect's name, or the path of an ISF file (.fs)")->required();
+    CLI::App* command = program.add_subcommand(
+        "info", "One effect: its parameters, passes, and where it breaks; or what a preset holds");
+    command->add_option("EFFECT", *name, "An effect's or a preset's name, or the path of an ISF file (.fs)")
+        ->required();
     command->footer("Example:\n  brume info depth_fog");
     command->callback([name] { info(*name); });
 }

@@ -8,9 +8,11 @@
 
 #include "commands.hpp"
 #include "error.hpp"
+#include "frame/attributes.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "options.hpp"
+#include "record.hpp"
 
 namespace brume::host {
 namespace {
@@ -44,11 +46,31 @@ std::string pictureOf(const std::string& picture, const FramePair& frame, bool s
     return (std::filesystem::path(picture) / (frame.name + ".inspect.png")).string();
 }
 
+// How brume made the picture, where it did and says so.
+std::optional<Making> printMaking(const std::string& path) {
+    const auto record = canHoldAttributes(path) ? readRecord(path) : std::nullopt;
+    if (!record) return {};
+    const Making making = makingOf(*record, path);
+    std::cout << "  made by   brume " << record->value("version", "?") << " on " << making.backend << " from "
+              << making.input << (making.frame.depth.empty() ? "" : " and " + making.frame.depth) << ", seed "
+              << making.seed << ", frame " << making.index << "\n";
+    for (const auto& [parameter, value] : making.settings)
+        std::cout << "  set       " << parameter << " = " << value << "\n";
+    std::cout << "  preset    " << *making.preset << "\n";
+    const std::string stale = staleness(*record, making);
+    std::cout << (stale.empty() ? "  its input is as it was" : "  it " + stale)
+              << "; again: brume apply --like '" << path << "' -o COPY\n";
+    return making;
+}
+
 void inspectOne(const FrameFiles& files, const Arguments& a, bool several) {
+    std::cout << files.color << "\n";
+    // A picture that brume made without depth is no frame: there is nothing more to say of it.
+    if (const auto making = printMaking(files.color); making && !making->withDepth && files.depth.empty())
+        return;
     ReadOptions options = a.options.read();
     options.depth = files.depth;
     const Capture capture = readCapture(files.color, options);
-    std::cout << files.color << "\n";
     for (const std::string& note : capture.frame.notes) std::cout << "  " << note << "\n";
     DepthEncoding encoding;
     const bool ranked = !capture.stated;
@@ -87,8 +109,8 @@ void inspectOne(const FrameFiles& files, const Arguments& a, bool several) {
 }  // namespace
 
 void addInspect(CLI::App& program) {
-    auto* command =
-        program.add_subcommand("inspect", "What a capture is, and what looks wrong with its depth");
+    auto* command = program.add_subcommand(
+        "inspect", "What a capture is, and what looks wrong with its depth; how brume made a picture");
     auto a = std::make_shared<Arguments>();
     command->add_option("frame", a->frames, "Frames: files, folders, patterns such as shot.####.exr, lists")
         ->required();

@@ -328,7 +328,8 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
     double unseen = HUGE_VAL;
     for (double deviation : {largest, .5 * largest, .25 * largest, std::min(largest, 1.)})
         unseen = std::min(unseen, blur::Unseen(in, {deviation, 5, true}).error(4));
-    const double ladderError = p.edges == keep ? .03 : .021, ladderCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius)),
+    const double ladderError = p.edges == keep ? .03 : .021,
+                 ladderCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius)),
                  gatherCost = 4 + .25 * across * across;
     const bool isLadder = in.chooses("method") || p.method == ladderMethod;
     plan.chosen["method"] = isLadder ? ladderMethod : gatherMethod;

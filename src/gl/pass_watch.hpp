@@ -1,5 +1,5 @@
-// What the thread of a GL context is busy with, so that whoever waits for it can give up and say why: a shader may run
-// for ever, and nothing can stop it.
+// What the thread of a GL context is busy with, so that whoever waits for it can give up and say why: a
+// shader may run for ever, and nothing can stop it.
 #pragma once
 
 #include <atomic>
@@ -9,8 +9,8 @@
 
 namespace brume {
 
-/// How long one pass of an effect may take, compiling included; then GlThread::run throws Error (Usage) naming it.
-/// Of this process, 60 s unless set. Safe from any thread.
+/// How long one pass of an effect may take, compiling included; then GlThread::run throws Error (Usage)
+/// naming it. Of this process, 60 s unless set. Safe from any thread.
 void setPassLimit(double seconds);
 double passLimit();
 
@@ -35,8 +35,8 @@ class PassLog {
     std::atomic<bool> isGivenUp_ = false;
 };
 
-/// While it lives, this thread, if a GlThread's, works on that pass. Its end never returns where the thread was given
-/// up: what the waiting side lent is no longer there.
+/// While it lives, this thread, if a GlThread's, works on that pass. Its end never returns where the thread
+/// was given up: what the waiting side lent is no longer there.
 class PassWatch {
   public:
     explicit PassWatch(const std::string& name);

@@ -24,6 +24,7 @@ TEST_F(ApplyErrors, inputsThatCannotBeRead) {
     expectError("apply depth_fog cut.exr -o o.png", 3, "cut.exr");
     expectError("apply depth_fog noise.png -o o.png", 3, "noise.png");
     expectError("apply depth_fog . -o o.png", 2, "one file for");
+    expectError("apply street.exr depth_fog -o o.png", 2, "the preset comes first");
     expectError("apply depth_fog 'none.####.exr' -o out/", 3, "none.####.exr");
     expectError("apply depth_fog 'none*.exr' -o out/", 3, "none*.exr");
 }

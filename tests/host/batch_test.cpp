@@ -160,6 +160,27 @@ TEST_F(Batch, resumeMakesOnlyWhatIsMissing) {
     EXPECT_EQ(reportAt("r.json")["summary"]["up_to_date"], 3);
     EXPECT_EQ(fs::last_write_time(path("out/f.0001.exr")), before);
     EXPECT_EQ(pictures("out").size(), whole.size());
+    EXPECT_THAT(ran.out, HasSubstr("3 were up to date"));
+}
+
+TEST_F(Batch, inspectShowsHowAPictureWasMade) {
+    addFrames(2);
+    ASSERT_EQ(brume("apply depth_fog in -o out --format png --set depth_fog.visibility=37 --seed 5").status,
+              0);
+    auto ran = brume("inspect out/f.0002.png");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    for (const char* word :
+         {"made by   brume ", "in/f.0002.exr", "seed 5, frame 1", "depth_fog.visibility = 37",
+          "\"visibility\":37", "its input is as it was", "brume apply --like 'out/f.0002.png'"})
+        EXPECT_THAT(ran.out, HasSubstr(word));
+    fs::remove(path("in/f.0002.exr"));
+    EXPECT_THAT(brume("inspect out/f.0002.png").out, HasSubstr("which is gone"));
+    // With its depth it is a frame, too.
+    ASSERT_EQ(brume("apply depth_fog in -o deep --with-depth").status, 0);
+    ran = brume("inspect deep/f.0001.exr");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("made by   brume "));
+    EXPECT_THAT(ran.out, HasSubstr("  depth     "));
 }
 
 TEST_F(Batch, resumeRefusesWhatWasMadeOtherwise) {

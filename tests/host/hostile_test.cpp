@@ -1,4 +1,5 @@
-// What anybody may hand to the program: names, presets and effect files that try to get further than they should.
+// What anybody may hand to the program: names, presets and effect files that try to get further than they
+// should.
 #include <filesystem>
 
 #include "program.hpp"
@@ -18,13 +19,14 @@ class HostileInput : public Program {
         return all;
     }
     void addEffect(const std::string& name, const std::string& passes, const std::string& body) {
-        addText(name, R"(/*{"SPACE": "linear", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}])" + passes +
-                          "}*/\n#include \"kit/image.glsl\"\n" + body);
+        addText(name, R"(/*{"SPACE": "linear", "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}])" +
+                          passes + "}*/\n#include \"kit/image.glsl\"\n" + body);
     }
 };
 
 TEST_F(HostileInput, aShaderThatNeverEndsIsGivenUpAndItsPassNamed) {
-    addFrame("a.exr", {1024, 768});  // llvmpipe ends a loop after 65536 rounds, which for a few pixels is soon
+    addFrame("a.exr",
+             {1024, 768});  // llvmpipe ends a loop after 65536 rounds, which for a few pixels is soon
     addEffect("spin.fs", R"(, "PASSES": [{"TARGET": "small"}, {"TARGET": "endless"}, {}])", R"(
         void main() {
             vec4 c = fetch(inputImage, pixel());
@@ -50,7 +52,8 @@ TEST_F(HostileInput, aPassThatRepeatsWithoutEndIsRefused) {
     addFrame("a.exr");
     addEffect("again.fs", R"(, "PASSES": [{"TARGET": "more", "REPEAT": "10^9"}, {}])",
               "void main() { store(fetch(inputImage, pixel())); }");
-    expectError("apply again.fs a.exr -o a.png --backend osmesa", 2, "REPEAT '10^9' gives 1e+09; at most 65536");
+    expectError("apply again.fs a.exr -o a.png --backend osmesa", 2,
+                "REPEAT '10^9' gives 1e+09; at most 65536");
 }
 
 TEST_F(HostileInput, shadersOfAbsurdSizeAreRefused) {
@@ -68,7 +71,8 @@ TEST_F(HostileInput, includesNeitherCycleNorLeaveTheirPath) {
     addText("one.glsl", "#include \"two.glsl\"\n");
     addText("two.glsl", "\n#include \"one.glsl\"\n");
     addEffect("cycle.fs", "", "#include \"one.glsl\"\n" + body);
-    expectError("apply cycle.fs a.exr -o a.png --backend osmesa", 2, "two.glsl:2: #include \"one.glsl\" includes itself");
+    expectError("apply cycle.fs a.exr -o a.png --backend osmesa", 2,
+                "two.glsl:2: #include \"one.glsl\" includes itself");
     addEffect("up.fs", "", "#include \"../up.glsl\"\n" + body);
     expectError("apply up.fs a.exr -o a.png --backend osmesa", 2, "leaves the include path");
     addEffect("root.fs", "", "#include \"/etc/passwd\"\n" + body);
@@ -91,7 +95,8 @@ TEST_F(HostileInput, presetsOfMonstrousJsonAreRefused) {
     addFrame("a.exr");
     addText("deep.json", repeated("[", 1000000));
     expectError("apply deep.json a.exr -o a.png", 2, "nested deeper than 64");
-    addText("inner.json", R"({"effects": [{"effect": "depth_fog", "visibility": )" + repeated("{\"a\":", 100000));
+    addText("inner.json",
+            R"({"effects": [{"effect": "depth_fog", "visibility": )" + repeated("{\"a\":", 100000));
     expectError("apply inner.json a.exr -o a.png", 2, "nested deeper than 64");
     addText("twice.json", R"({"effects": [{"effect": "depth_fog", "visibility": 1, "visibility": 2}]})");
     expectError("apply twice.json a.exr -o a.png", 2, "says \"visibility\" twice");
@@ -110,12 +115,14 @@ TEST_F(HostileInput, namesMayHoldAnyByte) {
     for (const std::string name : {"a b", "a\nb", "100%s%n%d", "\xff\xfe", "-o", "a'\"b", "a\x1b[31mb"}) {
         fs::copy(path("plain.exr"), path(name + ".exr"));
         std::string quoted;
-        for (const char c : "./" + name + ".exr") quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        for (const char c : "./" + name + ".exr")
+            quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
         const auto ran = brume("apply depth_fog '" + quoted + "' -o out/ --report r.json");
         EXPECT_EQ(ran.status, 0) << ran.err;
         EXPECT_TRUE(fs::exists(path("out/" + name + ".exr"))) << name;
         EXPECT_TRUE(fs::exists(path("r.json")));
-        // A record is JSON, so it cannot name a file whose name is no UTF-8: such outputs are not taken up again.
+        // A record is JSON, so it cannot name a file whose name is no UTF-8: such outputs are not taken up
+        // again.
         const auto resumed = brume("apply depth_fog '" + quoted + "' -o out/ --resume");
         EXPECT_EQ(resumed.status, name[0] == '\xff' ? 3 : 0) << resumed.err;
         fs::remove(path("r.json"));

@@ -36,6 +36,11 @@ TEST_F(Tools, infoShowsUnitsRangesChoices) {
     for (const char* part :
          {"visibility", "number in m", "exponential squared", "default", "Where it breaks"})
         EXPECT_THAT(ran.out, HasSubstr(part));
+    EXPECT_THAT(ran.out, testing::Not(HasSubstr("[]")));
+    ran = brume("info visibility_200");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("\"visibility\": 200"));
+    EXPECT_THAT(ran.out, HasSubstr("visibility_200.json"));
     expectError("info depth_fgo", 2, "'depth_fog'");
     expectError("info", 2, "EFFECT");
 }
