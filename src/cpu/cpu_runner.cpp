@@ -27,6 +27,11 @@ struct Bound {
     std::map<std::string, LinearRows> resampled;
 };
 
+void requireSameImage(const Step& step, const cv::Mat& now, const cv::Mat& given) {
+    if (now.data != given.data || now.size() != given.size() || now.type() != given.type())
+        throw Error(ErrorKind::CheckFailed, text(step.id, ": the plugin replaced its output image"));
+}
+
 // A step as one thread runs it over a few rows after the other.
 class RowsOf {
   public:
@@ -46,6 +51,7 @@ class RowsOf {
             ++memory;
         }
         bound_.step->effect->plugin->rows(bound_.params, context_, range);
+        requireSameImage(*bound_.step, context_.output, bound_.context.output);
     }
 
   private:
@@ -175,9 +181,7 @@ class CpuRunner final : public Runner {
             runRows(bound, size);
         else
             first.effect->plugin->run(bound[0].params, bound[0].context);
-        const cv::Mat& written = bound[0].context.output;
-        if (written.data != output.data || written.size() != size || written.type() != CV_32FC4)
-            throw Error(ErrorKind::CheckFailed, text(first.id, ": the plugin replaced its output image"));
+        requireSameImage(first, bound[0].context.output, output);
         if (!pool_.guardsWereWhole())
             throw Error(ErrorKind::CheckFailed,
                         text(first.id, ": the plugin wrote outside its output image"));
