@@ -129,27 +129,35 @@ std::string passLine(const Pass& pass) {
     return line;
 }
 
-// The header's sentences, and the map that tests/stability holds true: which method holds over which stress.
+// The header's sentences, and the map that tests/stability holds true: which method holds over which stress,
+// and beneath, where none holds, why.
 void printBreaks(const Effect& effect) {
     auto regimes = regimesOf(effect.header, effect.plugin && effect.plugin->hasPlan());
     if (effect.header.breaks.empty() && regimes.empty()) return;
-    std::cout << "\nWhere it breaks\n";
+    if (!effect.header.breaks.empty()) std::cout << "\nWhere it breaks\n";
     for (const std::string& sentence : effect.header.breaks) printWrapped("- " + sentence, "  ");
-    for (const Regime& regime : regimes)
-        if (!regime.breaks.empty()) printWrapped("- " + regime.breaks, "  ");
     if (regimes.empty()) return;
     std::cout << "\nWhere each method holds: off by at most half an 8-bit step, as measured\n";
     for (const Regime& regime : regimes) {
-        std::vector<std::string> everywhere;
-        std::cout << "  " << regime.name << "; " << rangeText(regime) << "\n";
-        for (const RegimeLine& line : regime.lines)
-            if (holdsEverywhere(regime, line))
-                everywhere.push_back(line.name);
+        std::cout << "  " << (regime.name == regime.stress ? "" : regime.name + "; ") << rangeText(regime)
+                  << "\n";
+        // Lines that hold over the same stress share one line of text.
+        std::vector<std::pair<std::string, std::vector<std::string>>> alike;
+        for (const RegimeLine& line : regime.lines) {
+            const std::string holds = holdsText(regime, line);
+            auto same = std::find_if(alike.begin(), alike.end(), [&](auto& a) { return a.first == holds; });
+            if (same == alike.end()) same = alike.insert(alike.end(), {holds, {}});
+            same->second.push_back(line.name);
+        }
+        for (const auto& [holds, names] : alike) {
+            const bool isAll = alike.size() == 1;
+            if (isAll && holds == "everywhere")
+                std::cout << "    everything holds\n";
             else
-                printWrapped(line.name + ": " + holdsText(regime, line), "    ");
-        if (everywhere.empty()) continue;
-        bool isAll = everywhere.size() == regime.lines.size();
-        printWrapped(isAll ? "everything holds" : joined(everywhere, ", ") + ": everywhere", "    ");
+                printWrapped((isAll && names.size() > 1 ? "all" : joined(names, ", ")) + ": " + holds,
+                             "    ");
+        }
+        if (!regime.breaks.empty()) printWrapped("elsewhere: " + regime.breaks, "    ");
     }
 }
 

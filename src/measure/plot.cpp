@@ -67,7 +67,7 @@ struct Legend {
         entries.emplace_back(s.name, s.kind);
         return entries.size() - 1;
     }
-    // Frontier and limits have a look of their own: colours are for the others.
+    // Frontier, bands and limits have a look of their own: colours are for the others.
     size_t lookOf(size_t place) const {
         size_t look = 0;
         for (size_t k = 0; k < place; k++)
@@ -77,14 +77,15 @@ struct Legend {
     }
 };
 
-std::string styleOf(PlotSeries::Kind kind, size_t look) {
+std::string styleOf(PlotSeries::Kind kind, size_t look, double markSize = .75) {
     using Kind = PlotSeries::Kind;
-    if (kind == Kind::Frontier) return "with lines lw 7 lc rgb '#e3ddc8'";
+    if (kind == Kind::Frontier || kind == Kind::Band) return "with lines lw 7 lc rgb '#e3ddc8'";
     if (kind == Kind::Limit) return "with lines lw 1.5 dt 2 lc rgb '#333333'";
     const std::string color = std::string(" lc rgb '") + colors[look % colorCount] + "'";
     const std::string mark = " pt " + std::to_string(marks[look % markCount]);
-    return (kind == Kind::Line ? "with linespoints lw 1.8 ps .75" : "with points lw 1.8 ps 1.2") + mark +
-           color;
+    return (kind == Kind::Line ? "with linespoints lw 1.8 ps " + number(markSize)
+                               : "with points lw 1.8 ps 1.2") +
+           mark + color;
 }
 
 void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int index) {
@@ -114,20 +115,22 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
         if (m.isVertical)
             out << "set arrow from " << at << ",graph 0 to " << at
                 << ",graph 1 nohead lw 1.2 dt 3 lc rgb '#666666' back\nset label " << quoted(m.label)
-                << " at " << at << ",graph .02 rotate by 90 left offset .75,0 font ',9' tc rgb '#666666'\n";
+                << " at " << at
+                << ",graph .02 rotate by 90 left offset .75,0 front boxed font ',9' tc rgb '#666666'\n";
         else
             out << "set arrow from graph 0,first " << at << " to graph 1,first " << at
                 << " nohead lw 1.2 dt 2 lc rgb '#666666' back\nset label " << quoted(m.label)
                 << (m.labelAtStart ? " at graph .1,first " : " at graph .985,first ") << at
                 << (m.labelAtStart ? " left" : " right")
-                << " offset 0,.45 front font ',9' tc rgb '#666666'\n";
+                << " offset 0,.45 front boxed font ',9' tc rgb '#666666'\n";
     }
     std::ostringstream plots;
     int block = 0;
-    for (int layer = 0; layer < 2; layer++)  // the frontier lies behind
+    for (int layer = 0; layer < 2; layer++)  // the wide ones lie behind
         for (const PlotSeries& s : panel.series) {
             const size_t look = legend.lookOf(legend.placeOf(s));
-            if ((s.kind == PlotSeries::Kind::Frontier) != (layer == 0)) continue;
+            const bool isWide = s.kind == PlotSeries::Kind::Frontier || s.kind == PlotSeries::Kind::Band;
+            if (isWide != (layer == 0)) continue;
             const std::string name = "$d" + std::to_string(index) + "_" + std::to_string(block++);
             bool any = false, spread = false, labels = false;
             out << name << " << EOD\n";
@@ -150,7 +153,7 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
                       << " using 1:2 notitle with points pt 7 ps 2.2 lc rgb '#e3ddc8'";
             else
                 plots << (plots.tellp() > 0 ? ", " : "") << name << " using 1:2 notitle "
-                      << styleOf(s.kind, look);
+                      << styleOf(s.kind, look, s.markSize);
             if (spread) plots << ", " << name << " using 1:2:3:4 notitle with xerrorbars pt 0 lw 1" << color;
             if (labels)
                 plots << ", " << name
@@ -200,6 +203,7 @@ std::string scriptOf(const PlotPage& page, const std::string& terminal, const st
         << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics nomirror format '%g'\nset ytics "
            "nomirror format "
            "'%g'\n"
+        << "set style textbox opaque margins .3,.3 fc rgb '#ffffff' noborder\n"
         << "set grid xtics ytics lw .6 lc rgb '#e8e8e8'\nset errorbars small\n"
         << "set lmargin 8.5\nset rmargin 1.5\nset tmargin 1.8\nset bmargin 3.2\n";
     const double titleAt = 1 - 15. / height, noteAt = 1 - 36. / height;

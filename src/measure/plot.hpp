@@ -19,10 +19,12 @@ struct PlotSeries {
         Line,      ///< points joined by a line, in their order
         Points,    ///< alone: peers, what "auto" chose
         Frontier,  ///< a wide pale staircase behind the others
+        Band,      ///< a wide pale line behind the others
         Limit,     ///< a dark dashed curve: what must not be passed
     };
     std::string name;  ///< series of one name share colour and mark across panels and one line of the legend
     Kind kind = Kind::Line;
+    double markSize = .75;
     std::vector<PlotPoint> points;
 };
 

@@ -225,9 +225,16 @@ std::vector<std::string> contradictions(const Regime& regime, const std::vector<
     std::vector<std::string> sentences;
     for (size_t k = 0; k < regime.values.size(); k++) {
         const double stress = regime.values[k];
-        bool hasAuto = false, autoHolds = true;
+        std::map<std::string, bool> holds;  // on every backend
         for (const StabilityLine& line : lines)
-            if (line.name == "auto") hasAuto = true, autoHolds = autoHolds && line.points[k].holds();
+            holds.try_emplace(line.name, true).first->second &= line.points[k].holds();
+        std::string sound;  // a method that the plan could have chosen
+        bool hasAuto = false, autoHolds = false;
+        for (const RegimeLine& line : regime.lines)
+            if (line.isAuto)
+                hasAuto = true, autoHolds = holds[line.name];
+            else if (sound.empty() && holds[line.name])
+                sound = line.name;
         for (const RegimeLine& declared : regime.lines) {
             const StabilityPoint* worst = nullptr;
             Backend where = Backend::Cpu;
@@ -256,6 +263,9 @@ std::vector<std::string> contradictions(const Regime& regime, const std::vector<
                     worst->chosen.empty() ? "" : " (" + worst->chosen + ")");
             } else if (worst->holds()) {
                 say("is said to fail, but holds everywhere: HOLDS is out of date");
+            } else if (declared.isAuto && !sound.empty()) {
+                say("fails, where ", sound, " holds",
+                    worst->chosen.empty() ? "" : " (" + worst->chosen + " was chosen)");
             } else if (!(hasAuto && autoHolds) && regime.breaks.empty()) {
                 say("fails, where auto does not hold either and BREAKS is silent");
             }

@@ -35,7 +35,7 @@ struct Regime {
     std::shared_ptr<const nlohmann::json> set, frame;
     std::vector<RegimeLine> lines;
     std::vector<std::string> autoParameters;
-    std::string breaks;  ///< why no method holds there, one sentence; needed where auto does not hold
+    std::string breaks;  ///< why no method holds there, one sentence; needed where none does
 
     bool isRefused(double stress) const;
 };
@@ -49,14 +49,17 @@ bool holdsEverywhere(const Regime& regime, const RegimeLine& line);
 /// "0.5 to 1000 px", "everywhere", "nowhere": where a line must hold, as `brume info` says it.
 std::string holdsText(const Regime& regime, const RegimeLine& line);
 
+/// "radius from 0.1 to 1000 px": what is swept.
+std::string rangeText(const Regime& regime);
+
+/// A stress value as a reader wants it: "0.1", "65504", "1e-9", "NaN".
+std::string stressText(double stress);
+
 /// A frame made for a regime; `truth` is the depth before it was stored, where the frame quantises it.
 struct ProbeFrame {
     FramePair frame;
     cv::Mat truth;
 };
-
-/// "radius from 0.1 to 1000 px": what is swept.
-std::string rangeText(const Regime& regime);
 
 /// Makes the frame that FRAME describes once its expressions have become numbers; keys in docs/DESIGN.md.
 /// Throws Error (Usage) naming `where` and the key.
@@ -94,8 +97,9 @@ std::vector<StabilityLine> sweepRegime(const std::shared_ptr<const Effect>& effe
                                        const std::function<void()>& progress = {});
 
 /// What contradicts the header's map, one sentence each; empty where the map is true. A line has to hold
-/// where it says so and nowhere else; where it does not, auto must hold or BREAKS say why; and values that
-/// must be refused are, no others.
+/// where it says so and nowhere else. Where one fails, auto must hold; BREAKS excuses auto only where no
+/// method holds, and the others only where there is no auto or it is excused. Values that must be refused
+/// are, no others.
 std::vector<std::string> contradictions(const Regime& regime, const std::vector<StabilityLine>& lines);
 
 }  // namespace brume

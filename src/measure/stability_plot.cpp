@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "error.hpp"
 
@@ -10,14 +11,11 @@ namespace {
 
 constexpr double leastError = 1e-4, mostError = 255, tolerance = .5;
 
-std::string number(double x) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.3g", x);
-    return std::isnan(x) ? "NaN" : digits;
-}
+// Three digits are all that an interpolated place is worth.
+std::string roundedText(double x) { return stressText(std::stod(cv::format("%.3g", x))); }
 
 std::string withUnit(const Regime& regime, double stress) {
-    return number(stress) + (regime.unit.empty() ? "" : " " + regime.unit);
+    return stressText(stress) + (regime.unit.empty() ? "" : " " + regime.unit);
 }
 
 const char* wordOf(Backend backend) { return backend == Backend::Cpu ? "CPU" : "GLSL"; }
@@ -66,12 +64,15 @@ PlotPanel panelOf(const StabilitySweep& sweep, Backend backend) {
         panel.marks = crossingMarks(axis, sweep, backend);
     else
         for (size_t k = 0; k < axis.values.size(); k++)
-            panel.xTicks.emplace_back(axis.at(k), number(axis.values[k]));
+            panel.xTicks.emplace_back(axis.at(k), stressText(axis.values[k]));
     panel.marks.push_back({false, tolerance, "half an 8-bit step"});
     for (const StabilityLine& line : sweep.lines) {
         if (line.backend != backend) continue;
         PlotSeries series;
         series.name = line.name;
+        // Where curves coincide, each still shows: auto as a band behind all, the marks one inside the other.
+        if (line.name == "auto") series.kind = PlotSeries::Kind::Band;
+        series.markSize = std::max(.4, 1.25 - .2 * double(panel.series.size()));
         for (const StabilityPoint& point : line.points)
             if (!point.refused)
                 series.points.push_back({axis.at(series.points.size()),
@@ -127,10 +128,11 @@ std::vector<std::string> crossingSentences(const StabilitySweep& sweep) {
     for (const StabilityLine& line : sweep.lines)
         for (const Crossing& c : line.crossings()) {
             const StabilityPoint &a = line.points[c.after], &b = line.points[c.after + 1];
-            sentences.push_back(text(
-                line.name, " (", wordOf(line.backend), "): ", a.holds() ? "holds" : "fails", " at ",
-                withUnit(sweep.regime, a.stress), ", ", b.holds() ? "holds" : "fails", " at ",
-                withUnit(sweep.regime, b.stress), c.near > 0 ? "; half a step near " + number(c.near) : ""));
+            sentences.push_back(text(line.name, " (", wordOf(line.backend),
+                                     "): ", a.holds() ? "holds" : "fails", " at ",
+                                     withUnit(sweep.regime, a.stress), ", ", b.holds() ? "holds" : "fails",
+                                     " at ", withUnit(sweep.regime, b.stress),
+                                     c.near > 0 ? "; half a step near " + roundedText(c.near) : ""));
         }
     return sentences;
 }

@@ -164,13 +164,19 @@ Regime readRegime(const json& object, const EffectHeader& header, bool hasPlan, 
     return regime;
 }
 
-std::string number(double x) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.6g", x);
-    return std::isnan(x) ? "NaN" : digits;
-}
-
 }  // namespace
+
+std::string stressText(double stress) {
+    char digits[32];
+    std::snprintf(digits, sizeof digits, std::abs(stress) < 1e5 ? "%.5g" : "%.4g", stress);
+    std::string all = std::isnan(stress) ? "NaN" : digits;
+    // 1e+06 and 1e-09 as 1e6 and 1e-9
+    if (size_t e = all.find('e'); e != std::string::npos) {
+        if (all[e + 1] == '+') all.erase(e + 1, 1);
+        if (size_t zero = all[e + 1] == '-' ? e + 2 : e + 1; all[zero] == '0') all.erase(zero, 1);
+    }
+    return all;
+}
 
 std::vector<Regime> regimesOf(const EffectHeader& header, bool hasPlan) {
     std::vector<Regime> regimes;
@@ -210,12 +216,15 @@ std::string rangeText(const Regime& regime) {
     std::vector<double> allowed;
     for (double value : regime.values)
         if (!regime.isRefused(value)) allowed.push_back(value);
+    const bool withNaN = allowed.size() > 1 && std::isnan(allowed.back());
+    if (withNaN) allowed.pop_back();
     std::string range = regime.stress;
-    if (allowed.size() > 1) range += " from " + number(allowed.front()) + " to " + number(allowed.back());
-    if (allowed.size() == 1) range += " " + number(allowed.front());
+    if (allowed.size() > 1)
+        range += " from " + stressText(allowed.front()) + " to " + stressText(allowed.back());
+    if (allowed.size() == 1) range += " " + stressText(allowed.front());
     std::string refused;
-    for (double value : regime.refused) refused += (refused.empty() ? "" : ", ") + number(value);
-    return range + (regime.unit.empty() ? "" : " " + regime.unit) +
+    for (double value : regime.refused) refused += (refused.empty() ? "" : ", ") + stressText(value);
+    return range + (regime.unit.empty() ? "" : " " + regime.unit) + (withNaN ? ", and NaN" : "") +
            (refused.empty() ? "" : "; refused: " + refused);
 }
 
@@ -231,8 +240,8 @@ std::string holdsText(const Regime& regime, const RegimeLine& line) {
         if (!holdsAt(k)) continue;
         size_t last = k;
         while (holdsAt(last + 1)) last++;
-        all += (all.empty() ? "" : ", ") + number(regime.values[k]) +
-               (last > k ? " to " + number(regime.values[last]) : "");
+        all += (all.empty() ? "" : ", ") + stressText(regime.values[k]) +
+               (last > k ? " to " + stressText(regime.values[last]) : "");
         k = last;
     }
     if (all.empty()) return "nowhere";

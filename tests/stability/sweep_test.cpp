@@ -131,12 +131,18 @@ TEST(Sweep, FindsAPlanThatWalksIntoTheTrap) {
     ASSERT_FALSE(sentences.empty());
     EXPECT_THAT(sentences, testing::Contains(HasSubstr("auto must hold")));
     EXPECT_THAT(sentences, testing::Contains(HasSubstr("naive fails, where auto does not hold either")));
+    EXPECT_THAT(Planted(holds(R"({"naive": [1e-5, 1], "auto": [1e-5, 1]})"), planNaive).contradictions(),
+                testing::Contains(HasSubstr("auto fails, where careful holds (naive was chosen)")));
     EXPECT_THAT(sentences[1], HasSubstr("(naive)")) << "says what auto chose";
 }
 
-TEST(Sweep, LetsAFailureBeDocumented) {
+TEST(Sweep, LetsAFailureBeDocumentedWhereNoMethodHolds) {
     const std::string map = R"({"naive": [1e-5, 1], "auto": [1e-5, 1]}, "BREAKS": "level ways are 0/0"})";
-    EXPECT_THAT(Planted(level + ", \"HOLDS\": " + map, planNaive).contradictions(), IsEmpty());
+    const std::string alone = level + R"(, "METHODS": ["naive"], "HOLDS": )" + map;
+    EXPECT_THAT(Planted(alone, planNaive).contradictions(), IsEmpty());
+    // With a method beside it that holds, auto has no excuse.
+    auto sentences = Planted(level + ", \"HOLDS\": " + map, planNaive).contradictions();
+    EXPECT_THAT(sentences, testing::Contains(HasSubstr("auto fails, where careful holds")));
 }
 
 TEST(Sweep, WantsWhatMustBeRefusedToBeRefused) {
@@ -179,6 +185,18 @@ TEST(Regimes, AreReadWithTheirDefaults) {
     EXPECT_EQ(holdsText(regime, regime.lines[1]), "0, 0.0001 to 1 m");
     EXPECT_TRUE(regime.lines[1].holdsAt(1e-3));
     EXPECT_FALSE(regime.lines[1].holdsAt(1e-5));
+}
+
+TEST(Regimes, SpeakOfTheirStressInShort) {
+    EXPECT_EQ(stressText(.1), "0.1");
+    EXPECT_EQ(stressText(65504), "65504");
+    EXPECT_EQ(stressText(1e7), "1e7");
+    EXPECT_EQ(stressText(-1e-9), "-1e-9");
+    EXPECT_EQ(stressText(1e30), "1e30");
+    EXPECT_EQ(stressText(std::nan("")), "NaN");
+    const std::string stress = R"({"NAME": "x", "STRESS": {"NAME": "rise", "UNIT": "m", "VALUES": )";
+    EXPECT_EQ(rangeText(Planted(stress + R"([1, "inf", "NaN"], "REFUSED": [1e6]}})").regime),
+              "rise from 1 to inf m, and NaN; refused: 1e6");
 }
 
 TEST(Regimes, RefuseMistakesWithASentence) {
