@@ -116,13 +116,13 @@ void writePanel(std::ostream& out, const PlotPanel& panel, Legend& legend, int i
             out << "set arrow from " << at << ",graph 0 to " << at
                 << ",graph 1 nohead lw 1.2 dt 3 lc rgb '#666666' back\nset label " << quoted(m.label)
                 << " at " << at
-                << ",graph .02 rotate by 90 left offset .75,0 front boxed font ',9' tc rgb '#666666'\n";
+                << ",graph .02 rotate by 90 left offset .75,0 front font ',9' tc rgb '#666666'\n";
         else
             out << "set arrow from graph 0,first " << at << " to graph 1,first " << at
                 << " nohead lw 1.2 dt 2 lc rgb '#666666' back\nset label " << quoted(m.label)
                 << (m.labelAtStart ? " at graph .1,first " : " at graph .985,first ") << at
                 << (m.labelAtStart ? " left" : " right")
-                << " offset 0,.45 front boxed font ',9' tc rgb '#666666'\n";
+                << " offset 0,.45 front font ',9' tc rgb '#666666'\n";
     }
     std::ostringstream plots;
     int block = 0;
@@ -203,7 +203,6 @@ std::string scriptOf(const PlotPage& page, const std::string& terminal, const st
         << "set tics nomirror textcolor rgb '#333333' font ',9'\nset xtics nomirror format '%g'\nset ytics "
            "nomirror format "
            "'%g'\n"
-        << "set style textbox opaque margins .3,.3 fc rgb '#ffffff' noborder\n"
         << "set grid xtics ytics lw .6 lc rgb '#e8e8e8'\nset errorbars small\n"
         << "set lmargin 8.5\nset rmargin 1.5\nset tmargin 1.8\nset bmargin 3.2\n";
     const double titleAt = 1 - 15. / height, noteAt = 1 - 36. / height;
