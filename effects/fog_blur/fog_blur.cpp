@@ -323,7 +323,8 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
         return plan;
     }
     // Pixels have blurs of every size up to the largest. Gather is exact, but looks at every pixel that its
-    // largest blur covers, seconds a frame: only a person chooses it.
+    // largest blur covers, seconds a frame: it is chosen only where the ladder's error could show. That is
+    // judged by the bound itself, without what is likely: beside silhouettes the ladder comes close to it.
     const double largest = largestOf(p, in.scene), across = 8 * largest + 1;
     double unseen = HUGE_VAL;
     for (double deviation : {largest, .5 * largest, .25 * largest, std::min(largest, 1.)})
@@ -331,16 +332,15 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
     const double ladderError = p.edges == keep ? .03 : .021,
                  ladderCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius)),
                  gatherCost = 4 + .25 * across * across;
-    const bool isLadder = in.chooses("method") || p.method == ladderMethod;
+    const bool isLadder =
+        in.chooses("method") ? ladderError <= blur::likelihood * unseen : p.method == ladderMethod;
     plan.chosen["method"] = isLadder ? ladderMethod : gatherMethod;
     plan.predictedError = (isLadder ? ladderError : 1e-3) / std::max(unseen, 1e-30) * in.tolerance;
     plan.predictedCost = isLadder ? ladderCost : gatherCost;
-    plan.why =
-        isLadder ? plan.predictedError <= in.tolerance
-                       ? "ladder: its error does not show among this frame's lights"
-                       : "ladder: its error may show beside this frame's brightest lights; gather, the exact "
-                         "method, takes as many pixels as its largest blur covers"
-                 : "gather, as asked";
+    plan.why = !in.chooses("method") ? isLadder ? "ladder, as asked" : "gather, as asked"
+               : isLadder
+                   ? "ladder: its error does not show among this frame's lights"
+                   : "gather: the ladder, much faster, might show beside this frame's brightest lights";
     return plan;
 }
 
