@@ -212,13 +212,14 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
         if (!in.chooses("method") && method != p.method) return;
         // An infinite pixel counts as 65504: sums that hold it are rounded to steps that show, least in
         // decimated.
-        const bool isInfinite = std::max(in.input.high, -in.input.low) >= 65504;
-        if (isInfinite && sigma >= 3.5 && in.chooses("method") && method != decimated) return;
+        const bool isInfinite = std::max(in.input.high, -in.input.low) >= 65504,
+                   isOnlyChoice = isInfinite && sigma >= 3.5 && in.chooses("method");
+        if (isOnlyChoice && method != decimated) return;
         if (!in.chooses("tolerance")) tolerance = p.tolerance;
         // A tolerance that was asked for holds for what is chosen.
         const double error = kernelError(method, sigma, tolerance);
         if (!in.chooses("tolerance") && in.chooses("method") && error > 1.001 * p.tolerance &&
-            method != recursive)
+            method != recursive && !isOnlyChoice)
             return;
         const int reach = method == pascal ? int(blur::pascalTaps(sigma, tolerance).size()) - 1
                                            : blur::gaussianReach(sigma, tolerance);
