@@ -20,8 +20,8 @@
      "HINT": "separate: blur the foggy picture; single: as if the clear picture had been blurred before the fog"},
     {"NAME": "edges", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["keep", "bleed"], "DEFAULT": 0, "LABEL": "Edges",
      "HINT": "keep: a surface in thinner fog does not bleed into what lies behind it"},
-    {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["ladder", "gather"], "AUTO": true, "DEFAULT": "auto",
-     "LABEL": "Method", "HINT": "ladder interpolates blurred images; gather weighs each pixel's surroundings by themselves"}
+    {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["ladder", "gather"], "AUTO": true, "DEFAULT": 0,
+     "LABEL": "Method", "HINT": "ladder interpolates blurred images; gather weighs each pixel's surroundings by themselves and takes a hundred times as long; auto takes gather where the ladder's error could show"}
   ],
   "DERIVED": [
     {"NAME": "largestSigma", "TYPE": "float", "FROM": ["radius", "size"]},

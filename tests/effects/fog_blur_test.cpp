@@ -178,8 +178,8 @@ TEST(FogBlur, GlslMatches) {
 // Half an 8-bit step is the whole of a chain's tolerance: the ladder's .02 shows beside a light.
 TEST(FogBlur, AutoTakesTheLadderOnlyWhereItsErrorCannotShow) {
     auto chosenFor = [&](double brightest) {
-        Chain chain = parsePreset(R"({"effects": [{"effect": "fog_blur", "radius": 16}]})", "test",
-                                  EffectRegistry::standard());
+        Chain chain = parsePreset(R"({"effects": [{"effect": "fog_blur", "method": "auto", "radius": 16}]})",
+                                  "test", EffectRegistry::standard());
         FramePair frame;
         frame.color = constant({64, 48}, 0);
         frame.color.at<cv::Vec4f>(24, 32) = cv::Vec4f::all(float(brightest));
