@@ -122,8 +122,8 @@ void expectTransposed(const Blur& blur, double bound) {
     EXPECT_LE(difference(back, onCpu(blur, image)), bound) << blur.describe();
 }
 
-void expectMirrored(const Blur& blur, double bound) {
-    cv::Mat image = randomImage({61, 45}, 4), mirrored, back;
+void expectMirrored(const Blur& blur, double bound, cv::Size size) {
+    cv::Mat image = randomImage(size, 4), mirrored, back;
     cv::flip(image, mirrored, -1);
     cv::flip(onCpu(blur, mirrored), back, -1);
     EXPECT_LE(difference(back, onCpu(blur, image)), bound) << blur.describe();

@@ -35,7 +35,7 @@ OperatorError operatorError(const Blur& blur, const Kernel& truth, int period);
 
 void expectConstantsKept(const Blur& blur);
 void expectTransposed(const Blur& blur, double bound);
-void expectMirrored(const Blur& blur, double bound);
+void expectMirrored(const Blur& blur, double bound, cv::Size size = {61, 45});
 void expectMeanKept(const Blur& blur, int reach, double bound);
 void expectStep(const Blur& blur, const Kernel& truth, double bound);
 void expectEdgesReplicate(const Blur& blur, int reach, double bound);
