@@ -24,8 +24,8 @@ struct PlotSeries {
     };
     std::string name;  ///< series of one name share colour and mark across panels and one line of the legend
     Kind kind = Kind::Line;
-    double markSize = .75;
     std::vector<PlotPoint> points;
+    double markSize = .75;
 };
 
 /// A straight line across a panel, with a word at its end.
