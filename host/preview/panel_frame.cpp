@@ -12,16 +12,6 @@ namespace brume::preview {
 
 namespace {
 
-void row(const char* label, const std::string& words) {
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    ImGui::TextColored(colors::dim, "%s", label);
-    ImGui::TableNextColumn();
-    ImGui::PushTextWrapPos();
-    ImGui::TextUnformatted(words.c_str());
-    ImGui::PopTextWrapPos();
-}
-
 void heading(const char* words) {
     ImGui::Dummy({0, 6});
     ImGui::PushFont(boldFont());
@@ -43,22 +33,24 @@ void drawFacts(App& app) {
     if (!ImGui::BeginTable("facts", 2)) return;
     ImGui::TableSetupColumn("label", ImGuiTableColumnFlags_WidthFixed, 84);
     ImGui::TableSetupColumn("fact", ImGuiTableColumnFlags_WidthStretch);
-    for (const std::string& file : frame.files) row("file", std::filesystem::path(file).filename().string());
-    row("size", text(frame.size().width, " × ", frame.size().height, " px"));
+    for (const std::string& file : frame.files)
+        labelledRow("file", std::filesystem::path(file).filename().string());
+    labelledRow("size", text(frame.size().width, " × ", frame.size().height, " px"));
     const Camera& c = frame.camera;
-    row("view", printed("%.1f°", degreesOf(frame.size().width, c.fx)) + " × " +
-                    printed("%.1f°", degreesOf(frame.size().height, c.fy)) + ", eye " +
-                    printed("%.2f m", c.eye()[1]) + " up" +
-                    (loaded.capture.poseIsStated ? "" : " (pose assumed)"));
-    row("depth", loaded.encoding.describe());
+    labelledRow("view", printed("%.1f°", degreesOf(frame.size().width, c.fx)) + " × " +
+                            printed("%.1f°", degreesOf(frame.size().height, c.fy)) + ", eye " +
+                            printed("%.2f m", c.eye()[1]) + " up" +
+                            (loaded.capture.poseIsStated ? "" : " (pose assumed)"));
+    labelledRow("depth", loaded.encoding.describe());
     if (app.inspection) {
         const DepthStatistics& s = app.inspection->statistics;
-        row("range", printed("%.4g", s.least) + " to " + printed("%.4g m", s.greatest) + ", median " +
-                         printed("%.4g m", s.median));
-        row("sky", printed("%.2f %%", s.sky * 100));
-        row("unknown", printed("%.2f %%", s.unknown * 100));
+        labelledRow("range", printed("%.4g", s.least) + " to " + printed("%.4g m", s.greatest) + ", median " +
+                                 printed("%.4g m", s.median));
+        labelledRow("sky", printed("%.2f %%", s.sky * 100));
+        labelledRow("unknown", printed("%.2f %%", s.unknown * 100));
     }
-    if (frame.time != 0 || app.session.frames().size() > 1) row("time", printed("%.4g s", frame.time));
+    if (frame.time != 0 || app.session.frames().size() > 1)
+        labelledRow("time", printed("%.4g s", frame.time));
     ImGui::EndTable();
 }
 

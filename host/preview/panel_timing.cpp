@@ -28,34 +28,24 @@ double residentMegabytes() {
     return resident * double(sysconf(_SC_PAGESIZE)) / (1 << 20);
 }
 
-void row(const char* label, const std::string& words) {
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    ImGui::TextColored(colors::dim, "%s", label);
-    ImGui::TableNextColumn();
-    ImGui::PushTextWrapPos();
-    ImGui::TextUnformatted(words.c_str());
-    ImGui::PopTextWrapPos();
-}
-
 void drawOverview(App& app) {
     const Rendered& r = *app.rendered;
     if (!ImGui::BeginTable("overview", 2)) return;
     ImGui::TableSetupColumn("label", ImGuiTableColumnFlags_WidthFixed, 108);
     ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch);
-    row("run by", r.runner);
-    row("chain", milliseconds(r.runMilliseconds) + " wall, plan and read-back included" +
-                     (r.scale > 1 ? text(", at 1/", r.scale, " size") : std::string()));
-    row("to 8 bits", milliseconds(r.showMilliseconds));
+    labelledRow("run by", r.runner);
+    labelledRow("chain", milliseconds(r.runMilliseconds) + " wall, plan and read-back included" +
+                             (r.scale > 1 ? text(", at 1/", r.scale, " size") : std::string()));
+    labelledRow("to 8 bits", milliseconds(r.showMilliseconds));
     if (app.frameRate > 0)
-        row("pictures", text(float(std::round(app.frameRate * 10) / 10), " a second lately"));
-    if (app.lastLatency > 0) row("slider to picture", milliseconds(app.lastLatency));
+        labelledRow("pictures", text(float(std::round(app.frameRate * 10) / 10), " a second lately"));
+    if (app.lastLatency > 0) labelledRow("slider to picture", milliseconds(app.lastLatency));
     double images = 0;
     for (const auto& [name, image] : r.images) images += double(image.total() * image.elemSize()) / (1 << 20);
     char words[96];
     std::snprintf(words, sizeof words, "%.0f MB in all, %.0f MB of them results", residentMegabytes(),
                   images);
-    row("memory", words);
+    labelledRow("memory", words);
     ImGui::EndTable();
 }
 

@@ -93,4 +93,14 @@ void applyTheme(double scale) {
     c[ImGuiCol_ModalWindowDimBg] = ImVec4(.05f, .05f, .06f, .55f);
 }
 
+void labelledRow(const char* label, const std::string& words) {
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::TextColored(colors::dim, "%s", label);
+    ImGui::TableNextColumn();
+    ImGui::PushTextWrapPos();
+    ImGui::TextUnformatted(words.c_str());
+    ImGui::PopTextWrapPos();
+}
+
 }  // namespace brume::preview

@@ -1,7 +1,9 @@
-// Fonts and colours of the window.
+// Fonts and colours of the window, and the rows of its tables.
 #pragma once
 
 #include <imgui.h>
+
+#include <string>
 
 namespace brume::preview {
 
@@ -19,5 +21,8 @@ inline const ImVec4 accent{.36f, .62f, .80f, 1};
 inline const ImVec4 warning{.93f, .72f, .38f, 1};
 inline const ImVec4 error{.95f, .48f, .42f, 1};
 }  // namespace colors
+
+/// A row of a table of two columns: a dim label and words that wrap.
+void labelledRow(const char* label, const std::string& words);
 
 }  // namespace brume::preview
