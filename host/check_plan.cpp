@@ -25,7 +25,8 @@ namespace brume::host {
 namespace {
 
 const char* const heading =
-    "effect,set,frame,size,choice,predicted,measured,kept,left_out,chosen_ms,best_ms,ratio,best,values,why";
+    "effect,set,frame,size,choice,predicted,measured,worst_pixel,kept,left_out,plan_ms,chosen_ms,best_ms,"
+    "ratio,best,values,why";
 
 std::string quoted(std::string field) {
     for (size_t k = 0; (k = field.find('"', k)) != std::string::npos; k += 2) field.insert(k, 1, '"');
@@ -35,12 +36,12 @@ std::string quoted(std::string field) {
 std::string lineOf(const PlanCheck& c, cv::Size size) {
     std::ostringstream line;
     line << c.effect << ',' << c.set << ',' << quoted(c.frame) << ',' << size.width << 'x' << size.height
-         << ',' << quoted(c.choice) << ',' << c.predicted << ',' << c.measured << ',' << c.keptPromise()
-         << ',' << c.leftOut << ',';
+         << ',' << quoted(c.choice) << ',' << c.predicted << ',' << c.measured << ',' << c.worst.x << ' '
+         << c.worst.y << ',' << c.keptPromise() << ',' << c.leftOut << ',';
     if (c.isTimed)
-        line << c.chosenMs << ',' << c.bestMs << ',' << c.ratio() << ',' << quoted(c.best);
+        line << c.planMs << ',' << c.chosenMs << ',' << c.bestMs << ',' << c.ratio() << ',' << quoted(c.best);
     else
-        line << ",,,";
+        line << ",,,,";
     line << ',' << quoted(c.values) << ',' << quoted(c.why);
     return line.str();
 }
@@ -56,7 +57,7 @@ std::string distribution(const std::vector<double>& values) {
 
 // What was seen of one effect, or of all.
 struct Summary {
-    std::vector<double> errors, ratios;  // of the tolerance; of the best time
+    std::vector<double> errors, ratios, planning;  // of the tolerance; of the best time; ms
     size_t cases = 0, skipped = 0, over = 0, foretold = 0;
 
     void add(const PlanCheck& c) {
@@ -64,6 +65,7 @@ struct Summary {
         skipped += c.isSkipped;
         errors.push_back(c.measured / unseenError);
         if (c.measured > unseenError) (c.keptPromise() ? foretold : over)++;
+        if (c.isTimed) planning.push_back(c.planMs);
         if (c.isTimed && !c.isSkipped) ratios.push_back(c.ratio());
     }
     void print(const std::string& name) const {
@@ -72,6 +74,7 @@ struct Summary {
         if (foretold) std::printf("%-14s %5zu over the tolerance, as foretold\n", "", foretold);
         if (over) std::printf("%-14s %5zu OVER THE TOLERANCE\n", "", over);
         if (!ratios.empty()) std::printf("%-14s       time/best: %s\n", "", distribution(ratios).c_str());
+        if (!planning.empty()) std::printf("%-14s    planning, ms: %s\n", "", distribution(planning).c_str());
     }
 };
 

@@ -52,6 +52,8 @@ static std::string cacheKey(const Derived& derived, const Step& step, const Deri
     std::string key;
     for (const auto& from : derived.from) {
         key += from + '=';
+        // An effect may name a parameter as a property of the frame is named: then it comes from both.
+        if (auto own = step.values.find(from); own != step.values.end()) append(key, own->second);
         if (from == "camera") {
             const double intrinsics[] = {c.camera.fx, c.camera.fy, c.camera.cx, c.camera.cy};
             append(key, intrinsics, 4);
@@ -67,8 +69,6 @@ static std::string cacheKey(const Derived& derived, const Step& step, const Deri
             append(key, numbers, 2);
         } else if (from == "sidecar") {
             key += c.extras ? shownJson(*c.extras) : "";
-        } else {
-            append(key, step.values.at(from));
         }
     }
     return key;

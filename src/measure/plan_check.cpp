@@ -161,6 +161,7 @@ void setError(PlanCheck& check, const ErrorStatistics& error) {
     check.measured = error.worst / 255;
     check.compared = error.compared;
     check.leftOut = error.leftOut;
+    check.worst = error.place;
 }
 
 // What CHART sweeps, of those parameters that this set leaves to the plan.
@@ -216,45 +217,63 @@ PlanCheck checkPlan(Runner& cpu, const PlanSet& set, const FramePair& frame, siz
 }
 
 PlanCheck timePlan(Runner& cpu, const PlanSet& set, const FramePair& frame, size_t pixels) {
-    const Planned p = planned(set, frame);
+    Planned p = planned(set, frame);
+    const double planning = millisecondsOf([&] { p = planned(set, frame); });
     PlanCheck check = resultOf(set, frame, p);
-    const Judge judge(p, frame, pixels);
-    setError(check, judge(cpu.run(p.run, frame, {}).images.at("color")));
     check.isTimed = true;
-    const Step& step = p.stated.steps.back();
-    const auto sweep = sweepOf(step);
-    if (check.isSkipped || sweep.empty()) return check;
-
+    check.planMs = planning;
     // Copies, so that no candidate finds the caches warm with what it reads.
     std::vector<FramePair> frames(2, frame);
     for (FramePair& copy : frames) copy.color = frame.color.clone(), copy.depth = frame.depth.clone();
     auto run = [&](const Chain& chain, int slot) { return cpu.run(chain, frames[size_t(slot) % 2], {}); };
-    const double once =
-        std::min(millisecondsOf([&] { run(p.run, 0); }), millisecondsOf([&] { run(p.run, 1); }));
-    // A sixteenth of the pixels tells whether a method is hopeless.
-    const FramePair small = resizedFrame(frame, frame.size() / 4);
-    std::vector<Candidate> candidates = {{"chosen", [&](int slot) { run(p.run, slot); }}};
-    for (const auto& values : sweep) {
-        Chain other = p.truth;
+    const Judge judge(p, frame, pixels);
+    setError(check, judge(run(p.run, 0).images.at("color")));
+    const Step& step = p.stated.steps.back();
+    const auto sweep = sweepOf(step);
+    if (check.isSkipped || sweep.empty()) return check;
+
+    // The others, fastest first; a sixteenth of the pixels tells how fast.
+    struct Other {
+        Chain chain;
         std::string name;
+        double smallMs = 0;
+    };
+    const FramePair small = resizedFrame(frame, frame.size() / 4);
+    auto smallMs = [&](const Chain& chain) {
+        auto once = [&] { return millisecondsOf([&] { cpu.run(chain, small, {}); }); };
+        once();
+        return std::min(once(), once());
+    };
+    const double chosenSmallMs = smallMs(p.run);
+    std::vector<Other> others;
+    for (const auto& values : sweep) {
+        Other other{p.truth, "", 0};
         bool isChosen = true;
         for (const auto& [parameter, value] : values) {
             isChosen &= p.run.steps.back().values.at(parameter).numbers.at(0) == value;
-            other.steps.back().values.at(parameter) = ParameterValue{{value}};
-            name += (name.empty() ? "" : ", ") + labelOf(step, parameter, value);
+            other.chain.steps.back().values.at(parameter) = ParameterValue{{value}};
+            other.name += (other.name.empty() ? "" : ", ") + labelOf(step, parameter, value);
         }
+        if (isChosen) continue;
         // Steps before are as planned; only the last one's method changes.
-        for (size_t k = 0; k + 1 < other.steps.size(); k++)
-            if (p.decisions[k].plan.skip) other.steps[k].enabled = false;
-        if (isChosen || millisecondsOf([&] { cpu.run(other, small, {}); }) > once) continue;
-        cv::Mat image;
-        double time = millisecondsOf([&] { image = run(other, 0).images.at("color").clone(); });
-        time = std::min(time, millisecondsOf([&] { run(other, 1); }));
-        if (time > 1.1 * once || judge(image).worst / 255 > unseenError) continue;
-        candidates.push_back({name, [&run, other](int slot) { run(other, slot); }});
+        for (size_t k = 0; k + 1 < other.chain.steps.size(); k++)
+            if (p.decisions[k].plan.skip) other.chain.steps[k].enabled = false;
+        const double atLeast = millisecondsOf([&] { cpu.run(other.chain, small, {}); });
+        if (atLeast > 2 * chosenSmallMs) continue;
+        other.smallMs = smallMs(other.chain);
+        others.push_back(other);
     }
-    if (candidates.size() == 1) return check;
-    const auto timings = takeTurns(candidates, 2, 9, 2);
+    std::sort(others.begin(), others.end(),
+              [](const Other& a, const Other& b) { return a.smallMs < b.smallMs; });
+    std::vector<Candidate> candidates = {{"chosen", [&](int slot) { run(p.run, slot); }}};
+    double bestSmallMs = chosenSmallMs;
+    for (const Other& other : others) {
+        if (other.smallMs > 1.3 * bestSmallMs) break;
+        if (judge(run(other.chain, 0).images.at("color")).worst / 255 > unseenError) continue;
+        candidates.push_back({other.name, [&run, &other](int slot) { run(other.chain, slot); }});
+        bestSmallMs = std::min(bestSmallMs, other.smallMs);
+    }
+    const auto timings = takeTurns(candidates, 2, 7, 1.5);
     check.chosenMs = check.bestMs = timings[0].median();
     check.best = check.choice;
     for (const Timing& timing : timings)

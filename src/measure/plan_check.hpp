@@ -35,11 +35,13 @@ struct PlanCheck {
     std::string choice;  ///< "method = fir, tolerance = .002"; "skipped"
     bool isSkipped = false;
     double predicted = 0, measured = 0;  ///< errors, sRGB-encoded values of 0..1
+    cv::Point worst;                     ///< the pixel where it was measured
     size_t compared = 0, leftOut = 0;
     std::string why;
 
     // Where methods were timed:
     bool isTimed = false;
+    double planMs = 0;                ///< of planning the whole chain, once
     double chosenMs = 0, bestMs = 0;  ///< medians; the best of those whose measured error nobody sees
     std::string best;
     double ratio() const { return bestMs > 0 ? chosenMs / bestMs : 1; }
@@ -54,8 +56,9 @@ FramePair resizedFrame(const FramePair& frame, cv::Size size);
 /// stated. The frame's depth has been resolved. Throws Error where an effect has no reference.
 PlanCheck checkPlan(Runner& cpu, const PlanSet& set, const FramePair& frame, size_t pixels);
 
-/// The same, and times the choice against every method and knob of CHART that the plan may choose from. Those
-/// that take longer in one run than the choice are not timed further, nor is their error measured.
+/// The same, and times the choice against every method and knob of CHART that the plan may choose from. They
+/// are tried on a small copy of the frame first: those that are slower there than the choice, or than the
+/// fastest whose error nobody sees, are not timed further.
 PlanCheck timePlan(Runner& cpu, const PlanSet& set, const FramePair& frame, size_t pixels);
 
 }  // namespace brume

@@ -95,6 +95,35 @@ TEST(CpuRunner, AResultSurvivesTheNextRun) {
     EXPECT_FALSE(sameBits(first.images["color"], second.images["color"]));
 }
 
+// A runner keeps derived constants; they must follow every parameter they come from, also one that is named
+// as a property of the frame is (noise_fog's "size").
+TEST(CpuRunner, AfterAnyParameterChangesAWarmRunnerGivesTheBitsOfAFreshOne) {
+    const auto pair = frame(24, 16);
+    auto warm = makeCpuRunner();
+    size_t changed = 0;
+    for (const std::string& name : EffectRegistry::standard().names()) {
+        Chain chain = parsePreset("{\"effects\": [{\"effect\": \"" + name + "\"}]}", "test",
+                                  EffectRegistry::standard());
+        Step& step = chain.steps[0];
+        if (!step.effect->plugin || step.effect->header.derived.empty()) continue;
+        if (step.values.count("resolution")) step.values.at("resolution").numbers = {32};
+        for (auto& [parameter, value] : step.values)
+            if (value.automatic) value = ParameterValue{{1}};
+        warm->run(chain, pair, {});
+        for (const Parameter& parameter : step.effect->header.parameters) {
+            auto& numbers = step.values.at(parameter.name).numbers;
+            if (numbers.size() != 1 || parameter.type != ParameterType::Float) continue;
+            const double low = parameter.min.empty() ? numbers[0] - 1 : parameter.min[0];
+            numbers[0] = numbers[0] > low ? (numbers[0] + low) / 2 : low + 1;
+            changed++;
+            const cv::Mat kept = warm->run(chain, pair, {}).images.at("color"),
+                          fresh = makeCpuRunner()->run(chain, pair, {}).images.at("color");
+            EXPECT_TRUE(sameBits(kept, fresh)) << name << "." << parameter.name;
+        }
+    }
+    EXPECT_GT(changed, 50u);
+}
+
 TEST(CpuRunner, NamedImagesKeepTheirSizeAndReadersResample) {
     auto pair = frame(37, 21);
     auto runner = makeCpuRunner();
