@@ -36,6 +36,7 @@ def rows_of(effect):
         rows = list(csv.DictReader(file))
     for r in rows:
         r["label"] = r["method"] + (f", {r['knob']} {r['value']}" if r["knob"] else "")
+        r["runs"] = int(r["runs"])
         for key in ("milliseconds", "quartile_low", "quartile_high", "frame_copy", "worst", "rms", "percentile_99.9"):
             r[key] = float(r[key])
     return [r for r in rows if not r["problem"]]
@@ -162,16 +163,21 @@ def papers():
 
 
 def machine():
-    devices, copies_of = {}, {}
+    devices, copies_of, runs = {}, {}, []
     for path in sorted(charts.glob("*.csv")):
         if path.open().readline().startswith("effect,case,method,"):
             for r in rows_of(path.stem):
                 devices[r["device"]] = BACKENDS[r["backend"]]
+                runs.append((r["runs"], r["milliseconds"]))
                 if r["backend"] == "cpu":
                     copies_of.setdefault(f"{r['width']}×{r['height']}", []).append(r["frame_copy"])
     spread = "; ".join(f"{size} took {short(min(c))} to {short(max(c))} ms" for size, c in sorted(copies_of.items()))
     copy = f" Copying a frame of {spread}, by where its memory lay in that run." if spread else ""
-    return "Measured on " + "; ".join(f"{kind}: {device}" for device, kind in sorted(devices.items(), key=lambda d: d[1])) + "." + copy
+    most = max(n for n, _ in runs)
+    short_runs = [ms for n, ms in runs if n < most]
+    few = f" Times are medians of {most} runs"
+    few += f", of {min(n for n, _ in runs)} or more where a run takes over {short(min(short_runs))} ms." if short_runs else "."
+    return "Measured on " + "; ".join(f"{kind}: {device}" for device, kind in sorted(devices.items(), key=lambda d: d[1])) + "." + copy + few
 
 
 def expand(line):

@@ -120,6 +120,7 @@ void setTime(ChartRow& row, const Timing& timing) {
     row.milliseconds = timing.median();
     row.low = timing.quartileLow();
     row.high = timing.quartileHigh();
+    row.runs = int(timing.milliseconds.size());
 }
 
 // What times are compared with: on the CPU a plain copy of the frame, on GL a pass that only copies.

@@ -23,6 +23,7 @@ struct ChartRow {
     cv::Size size;  ///< of the frame
     /// ms: median and quartiles. On GL of the passes alone, by GPU timer queries; on the CPU wall time.
     double milliseconds = 0, low = 0, high = 0;
+    int runs = 0;     ///< that the median is of
     double copy = 0;  ///< ms that copying the frame took on that device; 0: not known
     ErrorStatistics error;
     bool hasError = false;    ///< false: the effect has no reference

@@ -67,6 +67,7 @@ const std::vector<Column>& columns() {
         numberColumn("milliseconds", PLACE(milliseconds)),
         numberColumn("quartile_low", PLACE(low)),
         numberColumn("quartile_high", PLACE(high)),
+        numberColumn("runs", PLACE(runs)),
         numberColumn("frame_copy", PLACE(copy)),
         flagColumn("has_reference", PLACE(hasError)),
         numberColumn("worst", PLACE(error.worst)),

@@ -84,17 +84,17 @@ std::string copiesOf(const ChartRow& r) { return r.copy > 0 ? shortNumber(r.mill
 void writeTable(std::ostream& out, const std::vector<const ChartRow*>& rows, bool hasCases) {
     out << "<table><tr>" << (hasCases ? "<th>case</th>" : "")
         << "<th>method</th><th>on</th><th class=\"n\">ms</th><th class=\"n\">quartiles</th><th "
-           "class=\"n\">frame copies</th>"
+           "class=\"n\">runs</th><th class=\"n\">frame copies</th>"
            "<th class=\"n\">worst</th><th class=\"n\">99.9 %</th><th class=\"n\">RMS</th></tr>\n";
     for (const ChartRow* r : rows) {
         out << "<tr" << (r->onFrontier ? " class=\"frontier\"" : "") << ">"
             << (hasCases ? cell(r->caseName, false) : "") << cell(r->label(), false)
             << cell(r->backend, false);
         if (!r->problem.empty())
-            out << "<td colspan=\"6\" class=\"problem\">" << escaped(r->problem) << "</td>";
+            out << "<td colspan=\"7\" class=\"problem\">" << escaped(r->problem) << "</td>";
         else
-            out << cell(shortNumber(r->milliseconds)) << cell(spreadOf(*r)) << cell(copiesOf(*r))
-                << cell(r->hasError ? shortNumber(r->error.worst) : "–")
+            out << cell(shortNumber(r->milliseconds)) << cell(spreadOf(*r)) << cell(text(r->runs))
+                << cell(copiesOf(*r)) << cell(r->hasError ? shortNumber(r->error.worst) : "–")
                 << cell(r->hasError ? shortNumber(r->error.percentile) : "–")
                 << cell(r->hasError ? shortNumber(r->error.rms) : "–");
         out << "</tr>\n";

@@ -47,8 +47,8 @@ PlotPanel panelOf(const std::vector<ChartRow>& rows, const std::string& caseName
     if (!frontier.points.empty()) panel.series.push_back(frontier);
     for (auto* group : {&methods, &peers})
         panel.series.insert(panel.series.end(), group->begin(), group->end());
-    if (copy > 0) panel.marks.push_back({true, copy, "copying the frame"});
-    panel.marks.push_back({false, visibleError, "half an 8-bit step"});
+    if (copy > 0) panel.marks.push_back({true, copy, "copying the frame", ""});
+    panel.marks.push_back({false, visibleError, "half an 8-bit step", ""});
     return panel;
 }
 
@@ -67,59 +67,6 @@ std::pair<double, double> rangeOf(const std::vector<const PlotPanel*>& panels, b
     if (!(least <= most)) return {.1, 10};
     if (ofX) return {least / 1.5, most * 2};
     return {std::pow(10, std::floor(std::log10(least))), std::pow(10, std::ceil(std::log10(most) + .1))};
-}
-
-// The half step's words go to the end of their line where less is in their way.
-void placeMarks(PlotPanel& panel) {
-    auto share = [](double v, std::pair<double, double> range) {
-        return std::log(v / range.first) / std::log(range.second / range.first);
-    };
-    for (PlotMark& mark : panel.marks) {
-        if (mark.isVertical) continue;
-        const double at = share(mark.at, panel.yRange);
-        int atStart = 0, atEnd = 0;
-        auto meet = [&](double x, double y) {
-            if (y < at - .01 || y > at + .09) return;
-            atStart += x > .08 && x < .46;
-            atEnd += x > .62;
-        };
-        for (const PlotSeries& s : panel.series)
-            for (size_t k = 0; k < s.points.size(); k++) {
-                const double x = share(s.points[k].x, panel.xRange), y = share(s.points[k].y, panel.yRange);
-                meet(x, y);
-                if (k == 0 || s.kind == PlotSeries::Kind::Points) continue;
-                const double x0 = share(s.points[k - 1].x, panel.xRange),
-                             y0 = share(s.points[k - 1].y, panel.yRange);
-                for (int n = 1; n < 16; n++) {
-                    const double t = n / 16.;
-                    if (s.kind == PlotSeries::Kind::Frontier)  // a staircase: along, then down
-                        meet(x0 + t * (x - x0), y0), meet(x, y0 + t * (y - y0));
-                    else
-                        meet(x0 + t * (x - x0), y0 + t * (y - y0));
-                }
-            }
-        mark.labelAtStart = atStart < atEnd;
-    }
-}
-
-// Labels that would lie on each other, or beyond the edge, go: the first of each keeps its place.
-void thinLabels(PlotPanel& panel) {
-    std::vector<std::pair<double, double>> taken;
-    auto share = [](double v, std::pair<double, double> range) {
-        return std::log(v / range.first) / std::log(range.second / range.first);
-    };
-    for (PlotSeries& s : panel.series)
-        for (PlotPoint& p : s.points) {
-            if (p.label.empty()) continue;
-            const double x = share(p.x, panel.xRange), y = share(p.y, panel.yRange);
-            const bool isFree = x < .93 && std::none_of(taken.begin(), taken.end(), [&](auto& t) {
-                                    return std::abs(t.first - x) < .1 && std::abs(t.second - y) < .06;
-                                });
-            if (isFree)
-                taken.emplace_back(x, y);
-            else
-                p.label.clear();
-        }
 }
 
 }  // namespace
@@ -203,8 +150,6 @@ PlotPage chartPlot(const std::vector<ChartRow>& measured) {
         for (size_t k = column; k < all.size(); k += devices.size()) {
             page.panels[k].yRange = yRange;
             page.panels[k].xRange = xRange;
-            thinLabels(page.panels[k]);
-            placeMarks(page.panels[k]);
         }
     }
     return page;

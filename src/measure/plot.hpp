@@ -11,7 +11,7 @@ namespace brume {
 struct PlotPoint {
     double x = 0, y = 0;
     double xLow = 0, xHigh = 0;  ///< spread of x; equal: none is drawn
-    std::string label;           ///< small, beside the point; mind the neighbours
+    std::string label;           ///< small, beside the point; left out where it would lie on another
 };
 
 struct PlotSeries {
@@ -28,12 +28,12 @@ struct PlotSeries {
     double markSize = .75;
 };
 
-/// A straight line across a panel, with a word at its end.
+/// A straight line across a panel, with a word beside it.
 struct PlotMark {
     bool isVertical = false;
     double at = 0;
     std::string label;
-    bool labelAtStart = false;  ///< of a horizontal line: at its left end
+    std::string series;  ///< whose colour it takes; empty: grey. Such a word should be short
 };
 
 struct PlotPanel {
@@ -41,8 +41,7 @@ struct PlotPanel {
     bool logX = true, logY = true;
     /// Both 0: as the data asks. Values of y outside are drawn at the edge.
     std::pair<double, double> xRange, yRange;
-    std::vector<std::pair<double, std::string>>
-        xTicks;  ///< place and word; none: numbers as gnuplot spaces them
+    std::vector<std::pair<double, std::string>> xTicks;  ///< place and word; none: numbers
     std::vector<PlotSeries> series;
     std::vector<PlotMark> marks;
 };
@@ -53,7 +52,8 @@ struct PlotPage {
     int columns = 2;  ///< at most
 };
 
-/// Writes `path`.svg and `path`.png: panels in a grid, one legend for all below them. Colours are Okabe and
+/// Writes `path`.svg and `path`.png: panels in a grid, one legend for all below them, or where names are many
+/// one below each row. Words move out of the way of data and of each other. Colours are Okabe and
 /// Ito's, distinguishable by the colour-blind, and every series has a mark of its own. Points with a value
 /// that is not finite, or not positive on a logarithmic axis, are left out. Throws Error (Io) if gnuplot is
 /// missing or cannot write.

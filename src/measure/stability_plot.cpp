@@ -11,8 +11,8 @@ namespace {
 
 constexpr double leastError = 1e-4, mostError = 255, tolerance = .5;
 
-// Three digits are all that an interpolated place is worth.
-std::string roundedText(double x) { return stressText(std::stod(cv::format("%.3g", x))); }
+// Two digits are all that an interpolated place is worth.
+std::string roundedText(double x) { return stressText(std::stod(cv::format("%.2g", x))); }
 
 std::string withUnit(const Regime& regime, double stress) {
     return stressText(stress) + (regime.unit.empty() ? "" : " " + regime.unit);
@@ -33,21 +33,14 @@ struct Axis {
     double at(size_t k) const { return isLog ? values[k] : double(k); }
 };
 
-// Dotted lines where methods pass the tolerance; those too close for two words share one.
-std::vector<PlotMark> crossingMarks(const Axis& axis, const StabilitySweep& sweep, Backend backend) {
-    std::vector<std::pair<double, std::string>> places;
+// Dotted lines in the methods' colours, with the stress at which they pass the tolerance.
+std::vector<PlotMark> crossingMarks(const StabilitySweep& sweep, Backend backend) {
+    std::vector<PlotMark> marks;
     for (const StabilityLine& line : sweep.lines)
         if (line.backend == backend)
             for (const Crossing& crossing : line.crossings())
-                if (crossing.near > 0) places.emplace_back(crossing.near, line.name);
-    std::sort(places.begin(), places.end());
-    std::vector<PlotMark> marks;
-    const double width = std::log(axis.values.back() / axis.values.front());
-    for (const auto& [at, name] : places)
-        if (marks.empty() || std::log(at / marks.back().at) > .06 * width)
-            marks.push_back({true, at, name});
-        else if (marks.back().label != name)
-            marks.back().label += ", " + name;
+                if (crossing.near > 0)
+                    marks.push_back({true, crossing.near, roundedText(crossing.near), line.name});
     return marks;
 }
 
@@ -61,11 +54,11 @@ PlotPanel panelOf(const StabilitySweep& sweep, Backend backend) {
     panel.logX = axis.isLog;
     panel.yRange = {leastError, mostError};
     if (axis.isLog)
-        panel.marks = crossingMarks(axis, sweep, backend);
+        panel.marks = crossingMarks(sweep, backend);
     else
         for (size_t k = 0; k < axis.values.size(); k++)
             panel.xTicks.emplace_back(axis.at(k), stressText(axis.values[k]));
-    panel.marks.push_back({false, tolerance, "half an 8-bit step"});
+    panel.marks.push_back({false, tolerance, "half an 8-bit step", ""});
     for (const StabilityLine& line : sweep.lines) {
         if (line.backend != backend) continue;
         PlotSeries series;
@@ -96,7 +89,7 @@ PlotPage stabilityPlot(const std::string& effect, const std::vector<StabilitySwe
     page.title = effect + ": where methods fail";
     page.note =
         "At the lower edge: less; at the upper: more, or another class of number. Dotted: where a method "
-        "fails";
+        "passes half a step";
     for (const StabilitySweep& sweep : sweeps)
         for (Backend backend : {Backend::Cpu, Backend::Gl}) {
             const PlotPanel panel = panelOf(sweep, backend);

@@ -85,6 +85,7 @@ TEST(Chart, MeasuresEveryVariantAndFindsThePlantedError) {
         EXPECT_TRUE(m.row.hasError);
         EXPECT_GT(m.row.milliseconds, 0);
         EXPECT_LE(m.row.low, m.row.milliseconds);
+        EXPECT_GE(m.row.runs, 2);
         EXPECT_GE(m.row.high, m.row.milliseconds);
         EXPECT_GT(m.row.copy, 0);
         EXPECT_EQ(m.row.copy, all[0].row.copy);
@@ -124,6 +125,7 @@ ChartRow row(const std::string& caseName, const std::string& method, const std::
     r.milliseconds = ms;
     r.low = ms * .9;
     r.high = ms * 1.1;
+    r.runs = 7;
     r.copy = .5;
     r.error.worst = worst;
     r.error.rms = worst / 7;
@@ -204,15 +206,6 @@ TEST(ChartPage, CasesOfOneMethodEachShareAPanel) {
     rows.push_back(row("b", "y", "cpu", 4, .05));
     markFrontiers(rows);
     EXPECT_EQ(chartPlot(rows).panels.size(), 2u);
-}
-
-TEST(ChartPage, TheHalfStepsWordsKeepClearOfPoints) {
-    std::vector<ChartRow> rows;
-    for (int k = 0; k < 5; k++) rows.push_back(row("", "x", "cpu", 1 + 40 * k, k == 0 ? 90 : .6));
-    rows[0].copy = .1;
-    EXPECT_TRUE(chartPlot(rows).panels[0].marks.back().labelAtStart);
-    for (int k = 0; k < 5; k++) rows[size_t(k)].error.worst = 20;
-    EXPECT_FALSE(chartPlot(rows).panels[0].marks.back().labelAtStart);
 }
 
 TEST(ChartPage, HoldsEveryChartOfAFolder) {
