@@ -19,10 +19,10 @@ vec4 fir(sampler2D image, ivec2 p, ivec2 along) {
 }
 
 // 2. Decimated: the prefilter round every factor-th pixel; the small image has `smallMargin` px more on each side.
-const int smallMargin = 4;
+const int smallMargin = 5;
 vec4 decimated(sampler2D image, ivec2 p, ivec2 along) {
     ivec2 center = p + along * ((factor - 1) * (p - smallMargin) - smallMargin);
-    int count = 3 * factor;
+    int count = 4 * factor;
     vec4 sum = prefilter[0] * finiteFetch(image, center);
     for (int t = 1; t <= count; t++)
         sum += prefilter[t] * (finiteFetch(image, center - t * along) + finiteFetch(image, center + t * along));
@@ -37,11 +37,11 @@ vec4 smallFir(sampler2D image, ivec2 p, ivec2 along) {
     return sum;
 }
 
-// 4. Back up by a cubic B-spline: enlarging[phase] weighs small pixels -1, 0, 1, 2.
+// 4. Back up by a quintic B-spline: six numbers of enlarging a phase weigh small pixels -2 to 3.
 vec4 enlarged(sampler2D image, ivec2 p, ivec2 along) {
-    int place = p.x * along.x + p.y * along.y;
+    int place = p.x * along.x + p.y * along.y, w = 6 * (place % factor);
     ivec2 small0 = p + along * (place / factor + smallMargin - place);
-    vec4 w = enlarging[place % factor];
-    return (w.x * fetch(image, small0 - along) + w.y * fetch(image, small0)) +
-           (w.z * fetch(image, small0 + along) + w.w * fetch(image, small0 + 2 * along));
+    vec4 sum = vec4(0.0);
+    for (int m = 0; m < 6; m++) sum += enlarging[w + m] * fetch(image, small0 + (m - 2) * along);
+    return sum;
 }

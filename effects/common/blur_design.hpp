@@ -42,27 +42,47 @@ inline double response(const Half& half, double theta) {
     return sum;
 }
 
-/// Cubic B-spline.
+/// The quintic B-spline: a box of width 1, six of which in a row.
 inline double bSpline(double x) {
-    x = std::abs(x);
-    return x < 1 ? 2. / 3 - x * x + x * x * x / 2 : x < 2 ? (2 - x) * (2 - x) * (2 - x) / 6 : 0;
+    const double binomial[] = {1, -6, 15, -20, 15, -6, 1};
+    double sum = 0,
+           from = 3 - std::abs(x);  // by truncated powers; few are not 0, counted from the nearer end
+    for (int n = 0; n <= 6 && from > n; n++) sum += binomial[n] * std::pow(from - n, 5);
+    return sum / 120;
 }
 
-// A decimated blur: `prefilter`, every factor-th pixel, a small FIR, cubic B-spline up.
+// A decimated blur: `prefilter`, every factor-th pixel, a small FIR, quintic B-spline up. (A cubic one lets
+// through so much of the small image's repeated spectrum that 1e-4 would take twice as large a small image.)
 
-/// The Gaussian before decimation: .75 small px, beyond which aliases weigh under 2e-5; its reach of 3 small
-/// px keeps the small image's margin at 4. A factor of 1 decimates nothing.
+/// Small pixels on each side beyond the first and last that lie within the image: one more than the prefilter
+/// reaches, so that the outermost hold nothing but the replicated edge.
+constexpr int smallMargin = 5;
+inline int smallLength(int length, int factor) { return (length - 1) / factor + 1 + 2 * smallMargin; }
+
+/// The Gaussian before decimation, in small px: its standard deviation, and its reach, beyond which it weighs
+/// 3e-6. A factor of 1 decimates nothing.
+constexpr double prefilterDeviation = .86;
+constexpr int prefilterReach = 4;
 inline Half prefilterTaps(int factor) {
-    return factor == 1 ? Half{1, 0, 0, 0} : gaussianTaps(.75 * factor, 3 * factor);
+    return factor == 1 ? Half{1, 0, 0, 0, 0}
+                       : gaussianTaps(prefilterDeviation * factor, prefilterReach * factor);
 }
 
-/// [phase][4]: weights of small pixels -1, 0, 1, 2 for the pixel `phase` px to the right of small pixel 0.
+/// Small pixels that make one of the enlarged image, from -2 to 3.
+constexpr int enlargingTaps = 6;
+/// [phase][6]: weights of small pixels -2 to 3 for the pixel `phase` px to the right of small pixel 0.
 inline std::vector<double> enlargingWeights(int factor) {
-    if (factor == 1) return {0, 1, 0, 0};
+    if (factor == 1) return {0, 0, 1, 0, 0, 0};
     std::vector<double> weights;
     for (int phase = 0; phase < factor; phase++)
-        for (int m = -1; m <= 2; m++) weights.push_back(bSpline(double(phase) / factor - m));
+        for (int m = -2; m <= 3; m++) weights.push_back(bSpline(double(phase) / factor - m));
     return weights;
+}
+
+/// What the small FIR's variance is, in squared small px, where the whole blur's is `variance`: the prefilter
+/// and the spline (6/12) have theirs.
+inline double smallVariance(double variance) {
+    return std::max(.1, variance - prefilterDeviation * prefilterDeviation - .5);
 }
 
 /// The FIR on the small image. `target(theta)` is the spectrum of the blur wanted, theta in radians a px of
@@ -70,8 +90,8 @@ inline std::vector<double> enlargingWeights(int factor) {
 /// T·P·B / (Σ P²·Σ B²), sums over the aliases of each small frequency, P the prefilter, B the B-spline.
 template <class Target>
 Half smallTaps(int factor, int reach, Target target) {
-    Half prefilter = prefilterTaps(factor), spline(2 * factor), small(reach + 1, 0);
-    for (int t = 0; t < 2 * factor; t++) spline[t] = bSpline(double(t) / factor);
+    Half prefilter = prefilterTaps(factor), spline(3 * factor), small(reach + 1, 0);
+    for (int t = 0; t < 3 * factor; t++) spline[t] = bSpline(double(t) / factor);
     spline = normalised(spline);
     int frequencies = std::max(64, 4 * reach);  // of the half circle: more than the FIR can tell apart
     for (int n = 0; n <= frequencies; n++) {

@@ -55,57 +55,129 @@ static inline void filterReplicated(float* result, int floats, float* padded, co
     filter(padded);
 }
 
-BRUME_INLINE One halves(const Two& a) {
-    return __builtin_shufflevector(a, a, 0, 1, 2, 3) + __builtin_shufflevector(a, a, 4, 5, 6, 7);
+// Sums of rows, as a decimation in the other direction takes them: sums[s] += Σ weights[s][k]·rows[k], the
+// rows of one block. A sum that isFresh begins with it. In short stretches, so that rows stay in the first
+// cache while all sums take them; meanwhile the rows' next stretch is asked for.
+constexpr int blockRows = 8;
+struct BlockSum {
+    float* sum;
+    float weights[blockRows];
+    bool isFresh;
+};
+template <bool isFresh, class Vector>
+BRUME_INLINE void addBlock(const BlockSum& s, const float* const (&rows)[blockRows], int i) {
+    auto term = [&](int k) { return *(const Vector*)(rows[k] + i) * s.weights[k]; };
+    Vector x = term(0);
+    if constexpr (!isFresh) x = *(const Vector*)(s.sum + i) + x;
+    for (int k = 1; k < blockRows; k++) x = x + term(k);
+    *(Vector*)(s.sum + i) = x;
 }
-BRUME_INLINE Two twice(const One& a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3, 0, 1, 2, 3); }
+template <bool isFresh>
+BRUME_INLINE void addStretch(const BlockSum& given, const float* const (&rows)[blockRows], int from,
+                             int end) {
+    const BlockSum s = given;
+    int i = from;
+    for (; i + 16 <= end; i += 16) addBlock<isFresh, Four>(s, rows, i);
+    for (; i < end; i += 4) addBlock<isFresh, One>(s, rows, i);
+}
+BRUME_VECTORISE static void addBlocks(const BlockSum* sums, int sumCount, const float* const* blockOf,
+                                      int floats) {
+    constexpr int stretch = 128, lines = stretch / 16 * blockRows;
+    const float* rows[blockRows];
+    for (int k = 0; k < blockRows; k++) rows[k] = blockOf[k];
+    for (int from = 0; from < floats; from += stretch) {
+        const int end = std::min(from + stretch, floats);
+        for (int s = 0, line = 0; s < sumCount; s++) {
+            for (; line < lines * (s + 1) / sumCount; line++)
+                __builtin_prefetch(rows[line % blockRows] + from + 2 * stretch + line / blockRows * 16);
+            if (sums[s].isFresh)
+                addStretch<true>(sums[s], rows, from, end);
+            else
+                addStretch<false>(sums[s], rows, from, end);
+        }
+    }
+}
 
-// Every `step`-th pixel of a filtered line: out[j] = Σ pairs[u]·line[j·step + 2u .. + 1], two taps at a time.
-// `line` begins at the first tap of output 0; pairs[u] holds tap 2u four times, then tap 2u + 1 four times.
-BRUME_VECTORISE static void decimateLine(float* out, const float* line, const float* pairs, int pairCount,
+// Four vectors of four pixels each, summed up: one vector of the four sums.
+BRUME_INLINE Four sumsOf(const Four (&a)[4]) {
+    Four b[2];
+    for (int k = 0; k < 2; k++)
+        b[k] = __builtin_shufflevector(a[2 * k], a[2 * k + 1], 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21,
+                                       22, 23) +
+               __builtin_shufflevector(a[2 * k], a[2 * k + 1], 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27,
+                                       28, 29, 30, 31);
+    return __builtin_shufflevector(b[0], b[1], 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27) +
+           __builtin_shufflevector(b[0], b[1], 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31);
+}
+
+// Every `step`-th pixel of a filtered line: out[j] = Σ quads[u]·line[j·step + 4u .. + 3], four taps at a
+// time. `line` begins at the first tap of output 0; quads[u] holds taps 4u to 4u + 3, four times each.
+// Writes, and reads for, up to three pixels beyond `count`.
+BRUME_VECTORISE static void decimateLine(float* out, const float* line, const float* quads, int quadCount,
                                          int step, int count) {
-    int j = 0;
-    for (; j + 4 <= count; j += 4) {
+    for (int j = 0; j < count; j += 4) {
         const float* at = line + 4 * j * step;
-        Two a[4] = {};
-        for (int u = 0; u < pairCount; u++) {
-            Two w = *(const Two*)(pairs + 8 * u);
-            for (int k = 0; k < 4; k++) a[k] += w * *(const Two*)(at + 4 * k * step + 8 * u);
+        Four a[4] = {};
+        for (int u = 0; u < quadCount; u++) {
+            Four w = *(const Four*)(quads + 16 * u);
+            for (int k = 0; k < 4; k++) a[k] += w * *(const Four*)(at + 4 * k * step + 16 * u);
         }
-        for (int k = 0; k < 4; k++) *(One*)(out + 4 * (j + k)) = halves(a[k]);
-    }
-    for (; j < count; j++) {
-        const float* at = line + 4 * j * step;
-        Two a = {};
-        for (int u = 0; u < pairCount; u++) a += *(const Two*)(pairs + 8 * u) * *(const Two*)(at + 8 * u);
-        *(One*)(out + 4 * j) = halves(a);
+        *(Four*)(out + 4 * j) = sumsOf(a);
     }
 }
 
-// out = Σ w[m]·rows[m], m = 0..3
-BRUME_VECTORISE static void fourSum(float* out, const float* const rows[4], const float w[4], int floats) {
-    for (int i = 0; i < floats; i++)
-        out[i] = (w[0] * rows[0][i] + w[1] * rows[1][i]) + (w[2] * rows[2][i] + w[3] * rows[3][i]);
+template <class Vector>
+BRUME_INLINE Vector weighted(const Vector (&s)[6], const Vector* w) {
+    return ((s[0] * w[0] + s[1] * w[1]) + (s[2] * w[2] + s[3] * w[3])) + (s[4] * w[4] + s[5] * w[5]);
 }
 
-// `factor` pixels for each of the small line's: out[j·factor + phase] = Σ w[phase][m]·line[j - 1 + m].
-// `line` points at small pixel 0 and can be read one before and two after. pairs[phase/2][m] holds two
-// phases' weights, four times each.
-BRUME_VECTORISE static void enlargeLine(float* out, const float* line, const float* pairs, int factor,
+// out = Σ w[m]·rows[m], m = 0..5; whole vectors of four pixels, so reads and writes up to three more.
+BRUME_VECTORISE static void sixSum(float* out, const float* const rows[6], const float w[6], int floats) {
+    Four weights[6];
+    const float* from[6];
+    for (int m = 0; m < 6; m++) weights[m] = Four{} + w[m], from[m] = rows[m];
+    for (int i = 0; i < floats; i += 16) {
+        Four s[6];
+        for (int m = 0; m < 6; m++) s[m] = *(const Four*)(from[m] + i);
+        *(Four*)(out + i) = weighted(s, weights);
+    }
+}
+
+// One pixel four times; reads four.
+BRUME_INLINE Four fourTimes(const float* pixel) {
+    Four a = *(const Four*)pixel;
+    return __builtin_shufflevector(a, a, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+// `factor` pixels for each of the small line's: out[j·factor + phase] = Σ w[phase][m]·line[j + m], m = -2..3.
+// phases[phase/4][m] holds four phases' weights, four times each. Writes whole groups of phases, so up to
+// factor + 3 pixels beyond `width`.
+BRUME_VECTORISE static void enlargeLine(float* out, const float* line, const float* phases, int factor,
                                         int width) {
-    for (int j = 0; j * factor < width; j++) {
-        const float* s = line + 4 * j;
-        Two s0 = twice(*(const One*)(s - 4)), s1 = twice(*(const One*)s), s2 = twice(*(const One*)(s + 4)),
-            s3 = twice(*(const One*)(s + 8));
-        float* to = out + 4 * j * factor;
-        int phases = std::min(factor, width - j * factor), phase = 0;
-        const Two* w = (const Two*)pairs;
-        for (; phase + 2 <= phases; phase += 2, w += 4)
-            *(Two*)(to + 4 * phase) = (w[0] * s0 + w[1] * s1) + (w[2] * s2 + w[3] * s3);
-        if (phase < phases) {
-            Two last = (w[0] * s0 + w[1] * s1) + (w[2] * s2 + w[3] * s3);
-            *(One*)(to + 4 * phase) = __builtin_shufflevector(last, last, 0, 1, 2, 3);
+    if (factor == 2) {  // four small pixels side by side; both phases interleaved
+        Four even[6], odd[6];
+        for (int m = 0; m < 6; m++) {
+            even[m] = fourTimes(phases + 16 * m);
+            odd[m] = fourTimes(phases + 16 * m + 4);
         }
+        for (int j = 0; 2 * j < width; j += 4) {
+            Four s[6];
+            for (int m = 0; m < 6; m++) s[m] = *(const Four*)(line + 4 * (j + m - 2));
+            Four a = weighted(s, even), b = weighted(s, odd);
+            *(Four*)(out + 8 * j) =
+                __builtin_shufflevector(a, b, 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
+            *(Four*)(out + 8 * j + 16) =
+                __builtin_shufflevector(a, b, 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31);
+        }
+        return;
+    }
+    Four s[6];
+    for (int m = 1; m < 6; m++) s[m] = fourTimes(line + 4 * (m - 3));
+    for (int j = 0; j * factor < width; j++) {
+        for (int m = 0; m < 5; m++) s[m] = s[m + 1];
+        s[5] = fourTimes(line + 4 * (j + 3));
+        const Four* w = (const Four*)phases;
+        for (int phase = 0; phase < factor; phase += 4, w += 6)
+            *(Four*)(out + 4 * (j * factor + phase)) = weighted(s, w);
     }
 }
 

@@ -3,8 +3,6 @@
 // bits whatever thread, tile or vector width computed it.
 #pragma once
 
-#include <array>
-
 #include "effect/kit/math.hpp"
 
 namespace blur {
@@ -53,33 +51,31 @@ BRUME_VECTORISE static void firAlong(float* out, const float* line, const float*
 }
 
 /// Rows that one call of firAcross may give.
-constexpr int acrossRows = 4;
+constexpr int acrossRows = 8;
 
-// Rows from..to - 1, for the outputs first..last that have taps for them.
-template <int first, int last, int vectors>
-BRUME_INLINE void acrossRange(Four (&a)[acrossRows][vectors], const float* const* rows, int from, int to,
-                              int at, const float* taps, int step) {
-    for (int u = from; u < to; u++) {
-        const float* row = rows[u] + at;
-        for (int c = 0; c < vectors; c++) {
-            Four x = *(const Four*)(row + 16 * c);
-            for (int k = first; k <= last; k++) a[k][c] += taps[u - k * step] * x;
-        }
+// Adds row u to outputs first to last - 1 that have a tap for it.
+template <int outputs, int vectors>
+BRUME_INLINE void acrossRow(Four (&a)[outputs][vectors], const float* row, const float* taps, int u,
+                            int first, int last) {
+    for (int c = 0; c < vectors; c++) {
+        Four x = *(const Four*)(row + 16 * c);
+#pragma GCC unroll 8
+        for (int k = first; k < last; k++) a[k][c] += taps[u - k] * x;
     }
 }
-template <int vectors>
-BRUME_INLINE void acrossBlock(float* const* out, const float* const* rows, int step, const float* taps,
-                              int tapCount, int at) {
-    Four a[acrossRows][vectors] = {};
-    const int s = step, n = tapCount;
-    acrossRange<0, 0>(a, rows, 0, s, at, taps, s);
-    acrossRange<0, 1>(a, rows, s, 2 * s, at, taps, s);
-    acrossRange<0, 2>(a, rows, 2 * s, 3 * s, at, taps, s);
-    acrossRange<0, 3>(a, rows, 3 * s, n, at, taps, s);
-    acrossRange<1, 3>(a, rows, n, n + s, at, taps, s);
-    acrossRange<2, 3>(a, rows, n + s, n + 2 * s, at, taps, s);
-    acrossRange<3, 3>(a, rows, n + 2 * s, n + 3 * s, at, taps, s);
-    for (int k = 0; k < acrossRows; k++)
+// out[k] = Σ taps[t]·rows[k + t]: each row, while it is in a register, serves all outputs. tapCount >=
+// outputs.
+template <int outputs, int vectors>
+BRUME_INLINE void acrossBlock(float* const* out, const float* const* rows, const float* taps, int tapCount,
+                              int at) {
+    Four a[outputs][vectors] = {};
+#pragma GCC unroll 8
+    for (int u = 0; u < outputs - 1; u++) acrossRow(a, rows[u] + at, taps, u, 0, u + 1);
+    for (int u = outputs - 1; u < tapCount; u++) acrossRow(a, rows[u] + at, taps, u, 0, outputs);
+#pragma GCC unroll 8
+    for (int k = 1; k < outputs; k++)
+        acrossRow(a, rows[tapCount - 1 + k] + at, taps, tapCount - 1 + k, k, outputs);
+    for (int k = 0; k < outputs; k++)
         for (int c = 0; c < vectors; c++) *(Four*)(out[k] + at + 16 * c) = a[k][c];
 }
 template <class Pixels>
@@ -90,19 +86,23 @@ BRUME_INLINE void acrossOne(float* out, const float* const* rows, const float* t
     *(Vector*)(out + at) = a;
 }
 
-// out[k] = Σ taps[t]·rows[k·step + t] for `count` <= acrossRows outputs, taps in rising order.
-BRUME_VECTORISE static void firAcross(float* const* out, int count, const float* const* rows, int step,
-                                      const float* taps, int tapCount, int floats) {
+template <int outputs>
+BRUME_INLINE void acrossGroup(float* const* out, const float* const* rows, const float* taps, int tapCount,
+                              int floats) {
     int at = 0;
-    if (count == acrossRows && tapCount >= 3 * step) {
-        for (; at + 32 <= floats; at += 32) acrossBlock<2>(out, rows, step, taps, tapCount, at);
-        for (; at + 16 <= floats; at += 16) acrossBlock<1>(out, rows, step, taps, tapCount, at);
-    }
-    for (int k = 0; k < count; k++) {
-        int i = at;
-        for (; i + 16 <= floats; i += 16) acrossOne<Fours>(out[k], rows + k * step, taps, tapCount, i);
-        for (; i < floats; i += 4) acrossOne<Ones>(out[k], rows + k * step, taps, tapCount, i);
-    }
+    for (; at + 32 <= floats; at += 32) acrossBlock<outputs, 2>(out, rows, taps, tapCount, at);
+    for (; at + 16 <= floats; at += 16) acrossBlock<outputs, 1>(out, rows, taps, tapCount, at);
+    for (int k = 0; k < outputs; k++)
+        for (int i = at; i < floats; i += 4) acrossOne<Ones>(out[k], rows + k, taps, tapCount, i);
+}
+
+// out[k] = Σ taps[t]·rows[k + t] for `count` <= acrossRows outputs, taps in rising order.
+BRUME_VECTORISE static void firAcross(float* const* out, int count, const float* const* rows,
+                                      const float* taps, int tapCount, int floats) {
+    int k = 0;
+    for (; k + 8 <= count && tapCount >= 8; k += 8) acrossGroup<8>(out + k, rows + k, taps, tapCount, floats);
+    for (; k + 4 <= count && tapCount >= 4; k += 4) acrossGroup<4>(out + k, rows + k, taps, tapCount, floats);
+    for (; k < count; k++) acrossGroup<1>(out + k, rows + k, taps, tapCount, floats);
 }
 
 }  // namespace blur

@@ -67,7 +67,7 @@ std::vector<double> levelTables(const FogBlur& p, const DeriveContext& c) {
     double taps = 0, prefilter = 0, phase = 0;
     for (const Level& l : ladderOf(p, c)) {
         for (double x : {taps, prefilter, phase, double(l.width)}) numbers.push_back(x);
-        taps += l.reach + 1, prefilter += 3 * l.factor + 1, phase += l.factor;
+        taps += l.reach + 1, prefilter += blur::prefilterReach * l.factor + 1, phase += l.factor;
     }
     return numbers;
 }
@@ -102,7 +102,7 @@ std::vector<double> prefilterCount(const FogBlur& p, const DeriveContext& c) {
     return {double(prefilters(p, c).size())};
 }
 std::vector<double> phaseCount(const FogBlur& p, const DeriveContext& c) {
-    return {double(phases(p, c).size()) / 4};
+    return {double(phases(p, c).size()) / blur::enlargingTaps};
 }
 std::vector<double> nodeWeights(const FogBlur& p, const DeriveContext& c) {
     return fog_blur::ladderWeights(ladderOf(p, c));
@@ -137,8 +137,10 @@ fog_blur::Ladder ladderOf(const FogBlur& p, const CpuContext& c) {
         level.sigma = levels[l];
         level.factor = int(levels[l + 1]);
         level.taps = taps.subspan(size_t(tables[l]), size_t(levels[l + 3]) + 1);
-        level.prefilter = prefilters.subspan(size_t(tables[l + 1]), 3 * size_t(level.factor) + 1);
-        level.up = phases.subspan(4 * size_t(tables[l + 2]), 4 * size_t(level.factor));
+        level.prefilter =
+            prefilters.subspan(size_t(tables[l + 1]), blur::prefilterReach * size_t(level.factor) + 1);
+        level.up = phases.subspan(blur::enlargingTaps * size_t(tables[l + 2]),
+                                  blur::enlargingTaps * size_t(level.factor));
         ladder.levels.push_back(level);
     }
     ladder.nodeWeights = c.derived("nodeWeights");

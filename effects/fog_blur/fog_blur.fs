@@ -35,15 +35,15 @@
     {"NAME": "prefilterCount", "TYPE": "int", "FROM": ["radius", "size"]},
     {"NAME": "prefilters", "TYPE": "array", "SIZE": "$prefilterCount", "FROM": ["radius", "size"]},
     {"NAME": "phaseCount", "TYPE": "int", "FROM": ["radius", "size"]},
-    {"NAME": "phases", "TYPE": "vec4 array", "SIZE": "$phaseCount", "FROM": ["radius", "size"]},
+    {"NAME": "phases", "TYPE": "array", "SIZE": "6 * $phaseCount", "FROM": ["radius", "size"]},
     {"NAME": "nodeWeights", "TYPE": "vec4 array", "SIZE": "17 * ($levelCount - 1)", "FROM": ["radius", "size"]}
   ],
   "PASSES": [
     {"TARGET": "sharp"},
     {"TARGET": "decimatedRows", "WIDTH": "$stripWidth", "WHEN": "$method == $method_ladder"},
-    {"TARGET": "decimatedBoth", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 8", "WHEN": "$method == $method_ladder"},
-    {"TARGET": "blurredRows", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 8", "WHEN": "$method == $method_ladder"},
-    {"TARGET": "blurred", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 8", "WHEN": "$method == $method_ladder"},
+    {"TARGET": "decimatedBoth", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 10", "WHEN": "$method == $method_ladder"},
+    {"TARGET": "blurredRows", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 10", "WHEN": "$method == $method_ladder"},
+    {"TARGET": "blurred", "WIDTH": "$stripWidth", "HEIGHT": "$HEIGHT + 10", "WHEN": "$method == $method_ladder"},
     {}
   ],
   "TOLERANCE": {"ABS": 4e-6, "REL": 6e-5, "REFERENCE": 6e-6,
@@ -108,7 +108,7 @@ int levelAt(int x) {
     while (l + 1 < levelCount && x >= int(levels[l + 1].z)) l++;
     return l;
 }
-int levelHeight(int l) { return (textureSize(sharp, 0).y - 1) / int(levels[l].y) + 9; }
+int levelHeight(int l) { return (textureSize(sharp, 0).y - 1) / int(levels[l].y) + 11; }
 
 vec4 stripFetch(sampler2D image, int l, ivec2 small) {
     small = clamp(small, ivec2(0), ivec2(int(levelTables[l].w), levelHeight(l)) - 1);
@@ -117,19 +117,19 @@ vec4 stripFetch(sampler2D image, int l, ivec2 small) {
 
 vec4 decimatedRow(int l, ivec2 small) {
     int factor = int(levels[l].y), offset = int(levelTables[l].y);
-    ivec2 center = ivec2((small.x - 4) * factor, small.y);
+    ivec2 center = ivec2((small.x - 5) * factor, small.y);
     vec4 sum = prefilters[offset] * weighed(center, levels[l].x);
     if (factor == 1) return sum;
-    for (int t = 1; t <= 3 * factor; t++)
+    for (int t = 1; t <= 4 * factor; t++)
         sum += prefilters[offset + t] * (weighed(center - ivec2(t, 0), levels[l].x) + weighed(center + ivec2(t, 0), levels[l].x));
     return sum;
 }
 vec4 decimatedColumn(int l, ivec2 small) {
     int factor = int(levels[l].y), offset = int(levelTables[l].y), left = int(levels[l].z) + small.x;
-    int center = (small.y - 4) * factor;
+    int center = (small.y - 5) * factor;
     vec4 sum = prefilters[offset] * fetch(decimatedRows, ivec2(left, center));
     if (factor == 1) return sum;
-    for (int t = 1; t <= 3 * factor; t++)
+    for (int t = 1; t <= 4 * factor; t++)
         sum += prefilters[offset + t] *
                (fetch(decimatedRows, ivec2(left, center - t)) + fetch(decimatedRows, ivec2(left, center + t)));
     return sum;
@@ -143,15 +143,16 @@ vec4 levelFir(sampler2D image, int l, ivec2 small, ivec2 along) {
 }
 vec4 enlargedLevel(int l, ivec2 p) {
     int factor = int(levels[l].y), offset = int(levelTables[l].z);
-    ivec2 small = p / factor + 4;
+    ivec2 small = p / factor + 5;
     if (factor == 1) return stripFetch(blurred, l, small);
-    vec4 across = phases[offset + p.x % factor], down = phases[offset + p.y % factor], columns[4];
-    for (int m = 0; m < 4; m++) {
-        ivec2 at = small + ivec2(m - 1, -1);
-        columns[m] = (down.x * stripFetch(blurred, l, at) + down.y * stripFetch(blurred, l, at + ivec2(0, 1))) +
-                     (down.z * stripFetch(blurred, l, at + ivec2(0, 2)) + down.w * stripFetch(blurred, l, at + ivec2(0, 3)));
+    int across = 6 * (offset + p.x % factor), down = 6 * (offset + p.y % factor);
+    vec4 sum = vec4(0.0);
+    for (int m = 0; m < 6; m++) {
+        vec4 column = vec4(0.0);
+        for (int n = 0; n < 6; n++) column += phases[down + n] * stripFetch(blurred, l, small + ivec2(m - 2, n - 2));
+        sum += phases[across + m] * column;
     }
-    return (across.x * columns[0] + across.y * columns[1]) + (across.z * columns[2] + across.w * columns[3]);
+    return sum;
 }
 
 // 4. Between four levels of the ladder: variances double from level to level, so the exponent of the variance says which.

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "common/blur_cpu.hpp"
+#include "common/decimated.hpp"
 
 namespace fog_blur {
 
@@ -72,14 +72,15 @@ inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, i
 // `memory` has room for the small image.
 inline cv::Mat smallLevel(const Source& source, const LadderLevel& level, bool keepEdges,
                           const cv::Mat& scratch, float* memory) {
-    auto filterRow = [&](int y, int first, int count, float* padded, float*, int, auto filter) {
-        blur::Scratch sigmas(count);
-        sharpReplicated(padded, sigmas.data(), source, y, first, count);
-        if (keepEdges) weigh(padded, padded, sigmas.data(), level.sigma, count);
-        filter(padded);
+    const int width = source.color.cols;
+    auto rowOf = [&](int y, float* row) {
+        blur::Scratch sigmas(width);
+        sharpReplicated(row, sigmas.data(), source, y, 0, width);
+        if (keepEdges) weigh(row, row, sigmas.data(), level.sigma, width);
+        return row;
     };
-    cv::Mat small = blur::decimateRows(source.color.cols, source.color.rows, level.factor, level.prefilter,
-                                       scratch, filterRow);
+    cv::Mat small =
+        blur::decimateRows(width, source.color.rows, level.factor, level.prefilter, scratch, rowOf);
     cv::Mat blurred(small.size(), CV_32FC4, memory);
     blur::separableFir(small, blurred, level.taps);
     return blurred;
@@ -166,15 +167,16 @@ class TileLevel {
         : level_(&level),
           small_(small),
           tile_(tile),
-          wide_(tile + 2 * level.factor),
+          wide_(int(blur::roomEnlarged(level.factor, tile + level.factor)) / 4),
           taps_(level.factor > 1 ? std::vector<float>{1} : blur::wholeTaps(level.taps)),
           reach_(int(taps_.size()) / 2),
           lines_(2 * reach_ + madeRows),
           made_(4 * size_t(madeRows) * wide_),
           ring_(size_t(lines_) * 4 * tile),
-          between_(4 * size_t(std::max(tile + 2 * reach_, small.cols))),
+          between_(
+              std::max(4 * size_t(tile + 2 * reach_), blur::roomBetween(level.factor, tile + level.factor))),
           rows_(lines_) {
-        if (level.factor > 1) pairs_ = blur::phasePairs(level.factor, level.up);
+        if (level.factor > 1) groups_ = blur::phaseGroups(level.factor, level.up);
     }
     int margin() const { return reach_; }
     void begin(int y0, int x0, int count) { done_ = std::max(0, y0 - reach_), x0_ = x0, count_ = count; }
@@ -184,7 +186,7 @@ class TileLevel {
             int from = x0_ / level_->factor * level_->factor;
             before_ = x0_ - from;
             for (int k = 0; k < rowCount; k++)
-                blur::enlargeRow(small_, level_->factor, level_->up, pairs_.data(), y + k, from,
+                blur::enlargeRow(small_, level_->factor, level_->up, groups_.data(), y + k, from,
                                  count_ + before_, between_.data(), made(k));
             return;
         }
@@ -200,7 +202,7 @@ class TileLevel {
         for (int u = 0; u < lines_; u++) rows_[u] = slot(std::clamp(y - reach_ + u, 0, height - 1));
         float* to[madeRows];
         for (int k = 0; k < rowCount; k++) to[k] = made(k);
-        blur::firAcross(to, rowCount, rows_.data(), 1, taps_.data(), taps, 4 * count_);
+        blur::firAcross(to, rowCount, rows_.data(), taps_.data(), taps, 4 * count_);
     }
     const float* row(int k) const { return made(k) + 4 * before_; }
 
@@ -214,7 +216,7 @@ class TileLevel {
     std::vector<float> taps_;
     int reach_, lines_, done_ = 0, x0_ = 0, count_ = 0, before_ = 0;
     blur::Scratch made_, ring_, between_;
-    std::vector<float> pairs_;
+    std::vector<float> groups_;
     std::vector<const float*> rows_;
 };
 

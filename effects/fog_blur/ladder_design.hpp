@@ -25,8 +25,8 @@ inline std::vector<Level> ladderOf(double largest, int width, int height) {
         level.sigma = largest * std::exp2(.5 * (l - steps));
         level.factor = blur::gaussianFactor(level.sigma, levelTolerance);
         level.reach = blur::gaussianSmallReach(level.sigma, levelTolerance);
-        level.width = (width - 1) / level.factor + 9;
-        level.height = (height - 1) / level.factor + 9;
+        level.width = blur::smallLength(width, level.factor);
+        level.height = blur::smallLength(height, level.factor);
         levels.push_back(level);
     }
     return levels;

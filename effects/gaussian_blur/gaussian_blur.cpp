@@ -2,21 +2,23 @@
 // the full frame (MODELS.md §5). Rows first, then columns; edges replicate; NaN counts as 0 and ±inf as
 // ±65504, alpha too.
 //
-//   fir        a sampled Gaussian, cut where the tails weigh less than `tolerance`
-//   recursive  a sum of three complex exponentials, forward and backward: error 1.4e-5 a dimension at any
-//   radius decimated  Gaussian prefilter, every factor-th pixel, a small FIR, cubic B-spline up: error under
-//   1e-3 box        three extended boxes by running sums: error .05 pascal     an even row of Pascal's
-//   triangle as a FIR (the ocean fog's blur of its noise)
+//   fir          a sampled Gaussian, cut where the tails weigh less than `tolerance`
+//   recursive    a sum of three complex exponentials, forward and back: error 1.4e-5 a dimension, any radius
+//   decimated    Gaussian prefilter, every factor-th pixel, a small FIR, quintic B-spline up: error under
+//                1e-3, 1e-4 or 1e-5, whichever is the next below `tolerance`
+//   box          three extended boxes by running sums: error .05
+//   pascal       an even row of Pascal's triangle as a FIR (the ocean fog's blur of its noise)
+//   dual_filter  the GPU's pyramid of bilinear taps: error .28 and more
 //
 // Error means the L1 norm of the difference of impulse responses, at the worst place: what an input of
 // magnitude 1 can come to. Limits: radius 0 is the identity; radius → ∞ the mean of what the replicated edges
 // continue.
 #include <opencv2/core.hpp>
 
-#include "common/blur_cpu.hpp"
 #include "common/blur_gaussian.hpp"
 #include "common/blur_plan.hpp"
 #include "common/box.hpp"
+#include "common/decimated.hpp"
 #include "common/dual_filter.hpp"
 #include "common/recursion.hpp"
 #include "effect/plugin.hpp"
@@ -198,19 +200,20 @@ double kernelError(int method, double sigma, double tolerance) {
     if (method == recursive) return 3e-5;
     if (method != decimated) return statedError({0, float(tolerance), method}, sigma);
     if (blur::gaussianFactor(sigma, tolerance) == 1) return tolerance;
-    return tolerance < 6e-4 ? 1.5e-4 : sigma < 4 ? 1e-3 : 5e-4;
+    return tolerance < .99e-5 ? 2.5e-6 : tolerance < .99e-4 ? 1e-5 : tolerance < .99e-3 ? 1e-4 : 4e-4;
 }
 
-// Frame copies on the CPU at 1280×720 with two threads.
-double costOf(int method, double sigma, int reach) {
+// Frame copies on the CPU at 1920×1080 with two threads. Decimated by 1 is a FIR.
+double costOf(int method, double sigma, double tolerance, int reach) {
     switch (method) {
         case fir:
         case pascal:
-            return .75 + .115 * reach;
+            return 1.3 + .215 * reach;
         case recursive:
-            return 5;
+            return 7.5;
         case decimated:
-            return sigma < 8 ? 2.6 : 1.8;
+            if (blur::gaussianFactor(sigma, tolerance) == 1) return costOf(fir, sigma, tolerance, reach);
+            return 2.1 + 4.2 / blur::gaussianFactor(sigma, tolerance);
         case dualFilter:
             return sigma < 32 ? 330 : 550;
         default:
@@ -244,12 +247,13 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
             return;
         const int reach = method == pascal ? int(blur::pascalTaps(sigma, tolerance).size()) - 1
                                            : blur::gaussianReach(sigma, tolerance);
-        choices.push_back({method, name, tolerance, error, peak,
-                           costOf(method, sigma, reach) * in.scene.size.area() / in.frame.size.area()});
+        choices.push_back(
+            {method, name, tolerance, error, peak,
+             costOf(method, sigma, tolerance, reach) * in.scene.size.area() / in.frame.size.area()});
     };
-    offer(fir, "fir", std::clamp(unseen.error(1.5), 1e-6, .1), 1.5);
+    offer(fir, "fir", std::clamp(unseen.error(1.5), 1e-6, 1e-3), 1.5);
     offer(recursive, "recursive", 1e-3, 4);
-    for (double tolerance : {1e-3, 1e-4}) offer(decimated, "decimated", tolerance, 3);
+    for (double tolerance : {1e-3, 1e-4, 1e-5}) offer(decimated, "decimated", tolerance, 3);
     offer(box, "box", 1e-3, 4);
     offer(pascal, "pascal", 1e-3, 4);
     offer(dualFilter, "dual_filter", 1e-3, 4);

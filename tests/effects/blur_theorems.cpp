@@ -15,15 +15,18 @@ namespace blur_test {
 
 using namespace brume;
 
-std::string Blur::describe() const { return text(effect, " ", method, " radius ", radius); }
+std::string Blur::describe() const {
+    return text(effect, " ", method, " radius ", radius, " tolerance ", tolerance);
+}
 
 static cv::Mat run(Runner& runner, const Blur& blur, const cv::Mat& image) {
     FramePair frame;
     frame.color = image;
     frame.depth = cv::Mat(image.size(), CV_32F, cv::Scalar(10));
     frame.camera = Camera::withHorizontalView(image.size(), 90);
-    std::string preset = text("{\"effects\": [{\"effect\": \"", blur.effect, "\", \"method\": \"",
-                              blur.method, "\", \"radius\": ", blur.radius, "}]}");
+    std::string preset =
+        text("{\"effects\": [{\"effect\": \"", blur.effect, "\", \"method\": \"", blur.method,
+             "\", \"radius\": ", blur.radius, ", \"tolerance\": ", blur.tolerance, "}]}");
     Chain chain =
         planChain(parsePreset(preset, "test", EffectRegistry::standard()), frame, runner.backend(), {});
     return runner.run(chain, frame, {}).images["color"].clone();

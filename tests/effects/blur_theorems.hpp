@@ -13,6 +13,7 @@ namespace blur_test {
 struct Blur {
     std::string effect, method;  ///< method "auto": whatever the plan decides
     double radius = 0;
+    double tolerance = 1e-3;  ///< given, so that a method is the same one on every image
     std::string describe() const;
 };
 
