@@ -12,6 +12,7 @@
 #include "contact_sheet.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 #include "folder_lock.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
@@ -252,7 +253,7 @@ void apply(Arguments a) {
     } else {
         if (a.preset.empty()) failUsage("apply: give a PRESET (or an effect's name) and at least one FRAME");
         const std::string ending = fs::path(a.preset).extension().string();
-        if (ending != ".json" && ending != ".fs" && fs::is_regular_file(a.preset))
+        if (ending != ".json" && ending != ".fs" && isFile(a.preset))
             failUsage("apply: '", a.preset,
                       "' is no preset (.json) and no effect (.fs); the preset comes first, then the frames");
         chain = readPreset(a.preset, EffectRegistry::standard());

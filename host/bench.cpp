@@ -110,6 +110,7 @@ void addBench(CLI::App& program) {
     a->frameOptions.addTo(*command);
     command->add_option("--repetitions", a->repetitions)->capture_default_str()->check(CLI::Range(3, 10000));
     command->add_option("--seconds", a->seconds, "Stop a line early after this time")->capture_default_str();
+    addPassSeconds(*command);
     command->add_flag("--steps", a->steps, "Also each step (CPU) or pass (GPU timer)");
     command->footer(
         "Copy and effect take turns over the same eight frames; medians. On GL the time includes upload and "

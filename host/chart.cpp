@@ -71,6 +71,7 @@ void addChart(CLI::App& program) {
         ->check(CLI::Range(3, 10000));
     command->add_option("--seconds", a->seconds, "Stop a method's timing early after this time")
         ->capture_default_str();
+    addPassSeconds(*command);
     command->add_flag(
         "--papers", a->papers,
         "Instead: run the papers' experiments again, on every --frame, and put their figures beside ours");

@@ -13,6 +13,7 @@
 #include "commands.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/resolve.hpp"
 #include "frame/sequence.hpp"
 #include "measure/bench.hpp"
@@ -145,7 +146,7 @@ void checkPlans(const PlanArguments& a, const std::vector<std::string>& names, u
     auto cpu = makeCpuRunner();
     std::ofstream csv;
     if (!a.csv.empty()) {
-        const bool isNew = !std::filesystem::exists(a.csv);
+        const bool isNew = !isThere(a.csv);
         csv.open(a.csv, std::ios::app);
         if (!csv) failIo("--csv: '", a.csv, "' cannot be written");
         if (isNew) csv << heading << "\n";

@@ -8,6 +8,7 @@
 
 #include "commands.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/attributes.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
@@ -51,9 +52,9 @@ std::optional<Making> printMaking(const std::string& path) {
     const auto record = canHoldAttributes(path) ? readRecord(path) : std::nullopt;
     if (!record) return {};
     const Making making = makingOf(*record, path);
-    std::cout << "  made by   brume " << record->value("version", "?") << " on " << making.backend << " from "
-              << making.input << (making.frame.depth.empty() ? "" : " and " + making.frame.depth) << ", seed "
-              << making.seed << ", frame " << making.index << "\n";
+    std::cout << "  made by   brume " << record->at("version").get<std::string>() << " on " << making.backend
+              << " from " << making.input << (making.frame.depth.empty() ? "" : " and " + making.frame.depth)
+              << ", seed " << making.seed << ", frame " << making.index << "\n";
     for (const auto& [parameter, value] : making.settings)
         std::cout << "  set       " << parameter << " = " << value << "\n";
     std::cout << "  preset    " << *making.preset << "\n";
@@ -122,10 +123,9 @@ void addInspect(CLI::App& program) {
     command->callback([a] {
         a->options.read();
         if (!a->picture.empty() && a->frames.size() == 1)
-            requireWritableEnding(a->picture + (std::filesystem::is_directory(a->picture) ? "/x.png" : ""));
+            requireWritableEnding(a->picture + (isFolder(a->picture) ? "/x.png" : ""));
         const std::vector<FrameFiles> files = expandFrames(a->frames, a->options.depth);
-        for (const FrameFiles& f : files)
-            inspectOne(f, *a, files.size() > 1 || std::filesystem::is_directory(a->picture));
+        for (const FrameFiles& f : files) inspectOne(f, *a, files.size() > 1 || isFolder(a->picture));
     });
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 
@@ -11,7 +12,7 @@
 #include "error.hpp"
 #include "gl/pass_watch.hpp"
 #include "nearest_name.hpp"
-#include "progress.hpp"
+#include "printable.hpp"
 
 using namespace brume;
 
@@ -63,18 +64,21 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    const host::PrintableOutput output;
     int status = 0;
     try {
         status = run(argc, argv);
     } catch (const Error& e) {
         status = fail(e.what(), e.kind());
+    } catch (const std::filesystem::filesystem_error& e) {
+        status = fail(text("'", e.path1().string(), "': ", e.code().message()), ErrorKind::Io);
     } catch (const std::bad_alloc&) {
         status = fail("not enough memory", ErrorKind::Io);
     } catch (const std::exception& e) {
         status = fail(text("unexpected: ", e.what()), ErrorKind::CheckFailed);
     }
     if (isAnyPassRunningOn()) {  // a shader that nothing can stop, and nothing may be taken from
-        std::cout.flush();
+        output.flush();
         _exit(status);
     }
     return status;

@@ -8,6 +8,7 @@
 #include "effect/effect.hpp"
 #include "effect/install_root.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 
 namespace brume::host {
 namespace {
@@ -54,10 +55,9 @@ std::string typeOf(const std::string& name) {
 
 void writeEffect(const std::string& name) {
     checkName(name);
-    if (fs::exists(name)) failUsage("'", name, "' exists already; nothing was written");
+    if (isThere(name)) failUsage("'", name, "' exists already; nothing was written");
     const fs::path sample = fs::path(installRoot()) / "template";
-    if (!fs::is_directory(sample))
-        failIo(sample.string(), ": the sample plugin is not there; reinstall brume");
+    if (!isFolder(sample)) failIo(sample.string(), ": the sample plugin is not there; reinstall brume");
     std::error_code failed;
     fs::create_directory(name, failed);
     if (failed) failIo("'", name, "' cannot be made: ", failed.message());
@@ -78,11 +78,11 @@ void writeEffect(const std::string& name) {
         std::cout << (file == files[0] ? " " : ", ") << target.string();
     }
     const fs::path prefix = fs::path(installRoot()).parent_path().parent_path();
-    const bool isInstalled = fs::is_directory(prefix / "lib/cmake/brume");
+    const bool isInstalled = isFolder(prefix / "lib/cmake/brume");
     std::cout << "\n\nNext:\n  cd " << name << "\n  cmake -B build"
               << (isInstalled ? " -DCMAKE_PREFIX_PATH=" + prefix.string() : "") << " && cmake --build build\n"
               << "  ctest --test-dir build\n  brume check build/effects/" << name << "\n";
-    if (const fs::path guide = prefix / "share/doc/brume/AUTHORING.md"; fs::exists(guide))
+    if (const fs::path guide = prefix / "share/doc/brume/AUTHORING.md"; isThere(guide))
         std::cout << "\nFrom there to an effect of your own: " << guide.string() << "\n";
     if (!isInstalled)
         std::cout << "This brume is not installed: run cmake --install on its build first, and tell cmake\n"

@@ -65,15 +65,21 @@ ReadOptions FrameOptions::read() const {
     return options;
 }
 
+void addPassSeconds(CLI::App& command) {
+    command
+        .add_option_function<double>("--pass-seconds", setPassLimit,
+                                     "Give up where one pass of a shader takes longer")
+        ->check(CLI::Range(.1, 1e6))
+        ->default_str(text(passLimit()));
+}
+
 void BackendOption::addTo(CLI::App& command) {
     command
         .add_option("--backend", name,
                     "cpu, gl (the best OpenGL there is), osmesa, egl, or auto: a GPU if there is one, else "
                     "the CPU")
         ->capture_default_str();
-    command.add_option("--pass-seconds", passSeconds, "Give up where one pass of a shader takes longer")
-        ->check(CLI::Range(.1, 1e6))
-        ->capture_default_str();
+    addPassSeconds(command);
 }
 
 void BackendOption::validate() const {
@@ -83,7 +89,6 @@ void BackendOption::validate() const {
 
 std::unique_ptr<Runner> BackendOption::makeRunner(const Chain& chain) const {
     validate();
-    setPassLimit(passSeconds);
     if (name == "cpu") return makeCpuRunner();
     if (name == "gl") return makeGlRunner(GlPlatform::Auto);
     if (name == "osmesa") return makeGlRunner(GlPlatform::Osmesa);

@@ -23,9 +23,11 @@ struct FrameOptions {
 /// --size, "1920x1080", up to 2^26 pixels. Throws Error (Usage).
 cv::Size parseSize(const std::string& size);
 
+/// --pass-seconds, which holds for the whole process: of every command that runs shaders.
+void addPassSeconds(CLI::App& command);
+
 struct BackendOption {
     std::string name = "auto";
-    double passSeconds = 60;
 
     void addTo(CLI::App& command);
     /// Throws Error (Usage) for an unknown name.

@@ -6,8 +6,10 @@
 #include "commands.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 #include "modules/module.hpp"
 #include "nearest_name.hpp"
+#include "options.hpp"
 #include "preview/options.hpp"
 
 namespace brume::host {
@@ -22,14 +24,14 @@ struct Arguments {
 bool isPreset(const std::string& word) {
     const std::filesystem::path path(word);
     if (path.extension() == ".json" || path.extension() == ".fs") return true;
-    if (std::filesystem::exists(path)) return false;
+    if (isThere(path)) return false;
     const auto presets = shippedPresets();
     const auto effects = EffectRegistry::standard().names();
     return std::find(effects.begin(), effects.end(), word) != effects.end() ||
            std::any_of(presets.begin(), presets.end(), [&](const auto& p) { return p.first == word; });
 }
 
-cv::Size parseSize(const std::string& words) {
+cv::Size parseWindowSize(const std::string& words) {
     int width = 0, height = 0;
     char rest = 0;
     if (std::sscanf(words.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 640 || height < 400 ||
@@ -66,6 +68,7 @@ void addPreview(CLI::App& program) {
         ->add_option("--show", o.show,
                      "What to show first: result, before, wipe, blink, depth, difference, or an image's name")
         ->capture_default_str();
+    addPassSeconds(*command);
     command->add_option("--size", a->size, "The window's size, such as 1440x900 (default: as it was last)");
     command->add_option("--screenshot", o.screenshot,
                         "Write the window to this PNG or JPEG once the picture is there, and end");
@@ -80,7 +83,7 @@ void addPreview(CLI::App& program) {
         "  brume preview");
     command->callback([a] {
         auto& o = a->options;
-        if (!a->size.empty()) o.window = parseSize(a->size);
+        if (!a->size.empty()) o.window = parseWindowSize(a->size);
         const std::vector<std::string> backends = {"auto", "cpu", "gl"};
         if (std::find(backends.begin(), backends.end(), o.backend) == backends.end())
             failUsage("--backend: no backend '", o.backend, "'", suggestion(o.backend, backends));

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <iostream>
 
+#include "printable.hpp"
+
 namespace brume::host {
 namespace {
 
@@ -23,17 +25,6 @@ std::string duration(double seconds) {
 }
 
 }  // namespace
-
-std::string printable(const std::string& text) {
-    std::string shown;
-    for (const char c : text) {
-        const auto byte = static_cast<unsigned char>(c);
-        char code[8];
-        std::snprintf(code, sizeof code, "\\x%02x", byte);
-        shown += (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f ? code : std::string(1, c);
-    }
-    return shown;
-}
 
 Progress::Progress(size_t total)
     : total_(total),

@@ -7,9 +7,6 @@
 
 namespace brume::host {
 
-/// Text for a terminal: control characters, which a file's name may hold, as \xNN; ends of lines stay.
-std::string printable(const std::string& text);
-
 class Progress {
   public:
     /// Silent where `total` is small.

@@ -36,7 +36,22 @@ std::string contentHash(const std::string& path) {
     return digits;
 }
 
-/// Paths may be no UTF-8.
+/// A file's name may be no UTF-8, which JSON must be: then it is its bytes' numbers.
+json nameAsJson(const std::string& name) {
+    try {
+        json(name).dump();
+        return name;
+    } catch (const json::exception&) {
+        return std::vector<uint8_t>(name.begin(), name.end());
+    }
+}
+
+std::string nameOf(const json& name) {
+    if (!name.is_array()) return name.get<std::string>();
+    const auto bytes = name.get<std::vector<uint8_t>>();
+    return {bytes.begin(), bytes.end()};
+}
+
 std::string shown(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 int64_t changeTime(const std::string& path) {
@@ -47,9 +62,9 @@ int64_t changeTime(const std::string& path) {
 json identityOf(const Making& making) {
     json made;
     made["version"] = BRUME_VERSION;
-    made["input"] = making.input;
+    made["input"] = nameAsJson(making.input);
     json frame = json::object();
-    if (!making.frame.depth.empty()) frame["depth"] = making.frame.depth;
+    if (!making.frame.depth.empty()) frame["depth"] = nameAsJson(making.frame.depth);
     if (!making.frame.encoding.empty()) frame["encoding"] = making.frame.encoding;
     if (!making.frame.color.empty()) frame["color"] = making.frame.color;
     made["frame"] = frame;
@@ -71,8 +86,10 @@ json describeFiles(const std::vector<std::string>& files) {
         std::error_code error;
         auto bytes = fs::file_size(file, error);
         if (error) failIo("'", file, "' vanished while it was worked on");
-        list.push_back(
-            {{"name", file}, {"bytes", bytes}, {"changed", changeTime(file)}, {"hash", contentHash(file)}});
+        list.push_back({{"name", nameAsJson(file)},
+                        {"bytes", bytes},
+                        {"changed", changeTime(file)},
+                        {"hash", contentHash(file)}});
     }
     return list;
 }
@@ -101,9 +118,10 @@ std::optional<json> readRecord(const std::string& path) {
 Making makingOf(const json& record, const std::string& path) {
     try {
         Making making;
-        making.input = record.at("input").get<std::string>();
+        record.at("version").get<std::string>();
+        making.input = nameOf(record.at("input"));
         const json& frame = record.at("frame");
-        making.frame.depth = frame.value("depth", "");
+        if (frame.contains("depth")) making.frame.depth = nameOf(frame["depth"]);
         making.frame.encoding = frame.value("encoding", "");
         making.frame.color = frame.value("color", "");
         making.index = record.at("index").get<size_t>();
@@ -118,7 +136,7 @@ Making makingOf(const json& record, const std::string& path) {
                 making.settings.emplace_back(key, value.get<std::string>());
         return making;
     } catch (const json::exception& e) {
-        failIo("'", path, "': its record of how it was made is damaged: ", e.what());
+        failIo("'", path, "': its record of how it was made is damaged: ", reasonOf(e));
     }
 }
 
@@ -130,15 +148,19 @@ std::string staleness(const json& record, const Making& making) {
             return key == "preset" ? "was made with another preset"
                                    : text("was made with ", key, " ", was, ", not ", shown(value));
         }
-    for (const json& file : record.value("files", json::array())) {
-        std::string name = file.value("name", "");
-        std::error_code error;
-        auto bytes = fs::file_size(name, error);
-        if (error) return text("was made from '", name, "', which is gone");
-        bool looksSame = bytes == file.value("bytes", uintmax_t(0));
-        if (!looksSame || (changeTime(name) != file.value("changed", int64_t(0)) &&
-                           contentHash(name) != file.value("hash", "")))
-            return text("was made before '", name, "' changed");
+    try {
+        for (const json& file : record.at("files")) {
+            const std::string name = nameOf(file.at("name"));
+            std::error_code error;
+            auto bytes = fs::file_size(name, error);
+            if (error) return text("was made from '", name, "', which is gone");
+            bool looksSame = bytes == file.value("bytes", uintmax_t(0));
+            if (!looksSame || (changeTime(name) != file.value("changed", int64_t(0)) &&
+                               contentHash(name) != file.value("hash", "")))
+                return text("was made before '", name, "' changed");
+        }
+    } catch (const json::exception&) {
+        return "has a damaged record of what it was made from";
     }
     return "";
 }

@@ -27,8 +27,15 @@ json parseJson(std::string_view text) {
     try {
         return json::parse(text.begin(), text.end(), watch, true, true);
     } catch (const json::out_of_range& e) {
-        failUsage("holds a number that no double can hold: ", e.what());
+        failUsage("holds a number that no double can hold: ", reasonOf(e));
     }
+}
+
+std::string reasonOf(const json::exception& error) {
+    const std::string what =
+        error.what();  // "[json.exception.type_error.302] type must be string, but is null"
+    const size_t start = what.find("] ");
+    return what.starts_with("[json.") && start != std::string::npos ? what.substr(start + 2) : what;
 }
 
 std::string shownJson(const json& value) {

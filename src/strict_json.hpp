@@ -1,7 +1,7 @@
 // JSON from files that anybody may have written.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
@@ -13,6 +13,9 @@ constexpr int deepestJson = 64;
 /// as deep as the stack allows), says a key twice or holds a number beyond a double's range;
 /// nlohmann::json::parse_error where it is no JSON.
 nlohmann::json parseJson(std::string_view text);
+
+/// What was wrong, without the exception's number, which says nothing to people.
+std::string reasonOf(const nlohmann::json::exception& error);
 
 /// As JSON, keys in alphabetical order; text that is no UTF-8, such as some paths, does not stop it.
 std::string shownJson(const nlohmann::json& value);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "file_status.hpp"
 #include "preview/app.hpp"
 #include "preview/shortcuts.hpp"
 #include "preview/stack.hpp"
@@ -23,7 +24,7 @@ void nextImage(App& app) {
 std::string freeName(const std::string& stem, const std::string& ending) {
     for (int k = 1;; k++) {
         const std::string name = stem + (k == 1 ? "" : std::to_string(k)) + ending;
-        if (!std::filesystem::exists(name)) return name;
+        if (!isThere(name)) return name;
     }
 }
 

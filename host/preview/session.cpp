@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/pending_file.hpp"
 #include "nearest_name.hpp"
 #include "preview/stack.hpp"
@@ -35,7 +36,7 @@ void Session::openFrames(const FrameWords& words) {
     auto frames = expandFrames(words.frames, words.depth);
     if (frames.empty()) failIo("there are no frames in ", words.frames.empty() ? "nothing" : words.frames[0]);
     for (const FrameFiles& files : frames)
-        if (!fs::exists(files.color)) failIo(files.color, ": there is no such file");
+        if (!isThere(files.color)) failIo(files.color, ": there is no such file");
     const FrameWords before = words_;
     words_ = words;
     try {
@@ -102,7 +103,7 @@ void Session::adopt(Chain chain, const std::string& what) {
 // The file that a preset's name stands for; empty for an effect's name.
 static std::string presetFileOf(const std::string& pathOrName) {
     if (fs::path(pathOrName).extension() == ".fs") return "";
-    if (fs::is_regular_file(pathOrName)) return pathOrName;
+    if (isFile(pathOrName)) return pathOrName;
     for (const auto& [name, file] : shippedPresets())
         if (name == pathOrName) return file;
     return "";
@@ -242,7 +243,7 @@ void Session::pollFiles() {
 }
 
 void Session::reloadPreset() {
-    if (!fs::exists(presetFile_)) return;
+    if (!isThere(presetFile_)) return;
     try {
         Chain chain = readPreset(presetFile_, registry_);
         keepSources(chain);

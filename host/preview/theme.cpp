@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "file_status.hpp"
+
 namespace brume::preview {
 
 static ImFont *bold = nullptr, *mono = nullptr;
@@ -18,7 +20,7 @@ static ImFont* load(const char* file, float size) {
     for (const char* folder : {"/usr/share/fonts/truetype/dejavu/", "/usr/share/fonts/dejavu-sans-fonts/",
                                "/usr/share/fonts/TTF/", "/usr/share/fonts/dejavu/"}) {
         const std::string path = std::string(folder) + file;
-        if (std::filesystem::exists(path))
+        if (isThere(path))
             return ImGui::GetIO().Fonts->AddFontFromFileTTF(path.c_str(), size, nullptr, glyphs);
     }
     return nullptr;

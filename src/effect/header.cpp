@@ -7,6 +7,7 @@
 
 #include "effect/header_chart.hpp"
 #include "effect/header_parts.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -203,7 +204,7 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
         if (auto item = object.find("STABILITY"); item != object.end())
             header.stability = std::make_shared<const json>(*item);
     } catch (const json::exception& error) {
-        where.fail("a value has the wrong type: ", error.what());
+        where.fail("a value has the wrong type: ", reasonOf(error));
     }
     if (where.strict) {
         checkNamesDiffer(header, where);

@@ -6,6 +6,7 @@
 
 #include "effect/effect.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 
 namespace brume {
 
@@ -61,7 +62,7 @@ struct Expander {
         std::string searched;
         for (const auto& folder : includePath) {
             std::string path = (fs::path(folder) / name).string();
-            if (!fs::is_regular_file(path)) {
+            if (!isFile(path)) {
                 searched += (searched.empty() ? "" : ", ") + folder;
                 continue;
             }

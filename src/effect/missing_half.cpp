@@ -3,12 +3,13 @@
 #include <filesystem>
 
 #include "error.hpp"
+#include "file_status.hpp"
 
 namespace brume {
 
 std::string unbuiltSource(const std::string& fsPath) {
     const auto source = std::filesystem::path(fsPath).replace_extension(".cpp");
-    if (!std::filesystem::is_regular_file(source)) return {};
+    if (!isFile(source)) return {};
     const std::string name = source.stem().string();
     return text(source.filename().string(), " beside it is not built into ", name,
                 ".so; build it and name the folder that the build makes, such as build/effects/", name);

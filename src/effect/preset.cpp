@@ -9,6 +9,7 @@
 
 #include "effect/install_root.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 #include "nearest_name.hpp"
 #include "strict_json.hpp"
 
@@ -37,7 +38,9 @@ static Step parseStep(const json& object, const std::string& where, const Effect
     if (!object.is_object() || !object.contains("effect"))
         failUsage(where, ": each must be an object with an \"effect\"");
     std::string name = textOf(object, "effect", where);
-    if (name.find('/') != std::string::npos || name.ends_with(".fs"))
+    const auto listed = registry.names();
+    const bool isListed = std::find(listed.begin(), listed.end(), name) != listed.end();
+    if (!isListed && (name.find('/') != std::string::npos || name.ends_with(".fs") || isFolder(name)))
         failUsage(where, ": '", name,
                   "' is a path; a preset may only name effects that 'brume list' shows "
                   "(add their folder to BRUME_EFFECT_PATH), as a plugin beside a file is native code");
@@ -141,7 +144,7 @@ Chain parsePreset(const std::string& jsonText, const std::string& where, const E
     } catch (const json::parse_error& error) {
         int line = 1 + int(std::count(jsonText.begin(),
                                       jsonText.begin() + std::min(error.byte, jsonText.size()), '\n'));
-        failUsage(where, ":", line, ": not JSON: ", error.what());
+        failUsage(where, ":", line, ": not JSON: ", reasonOf(error));
     }
     const std::vector<std::string> known = {"name",    "description",  "sky",
                                             "unknown", "smooth_depth", "effects"};
@@ -165,8 +168,8 @@ Chain parsePreset(const std::string& jsonText, const std::string& where, const E
 Chain readPreset(const std::string& pathOrName, const EffectRegistry& registry) {
     std::string path = pathOrName;
     bool isName = path.find('/') == std::string::npos && fs::path(path).extension().empty();
-    bool isEffectPath = fs::path(path).extension() == ".fs" || fs::is_directory(path);
-    if (isEffectPath || (isName && !fs::exists(path))) {
+    bool isEffectPath = fs::path(path).extension() == ".fs" || isFolder(path);
+    if (isEffectPath || (isName && !isThere(path))) {
         auto shipped = shippedPresets();
         auto found =
             std::find_if(shipped.begin(), shipped.end(), [&](auto& p) { return p.first == pathOrName; });

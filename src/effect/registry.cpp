@@ -9,6 +9,7 @@
 #include "effect/effect.hpp"
 #include "effect/install_root.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 #include "nearest_name.hpp"
 
 namespace brume {
@@ -47,7 +48,7 @@ const EffectRegistry& EffectRegistry::standard() {
 // `<name>.fs` with `<name>.so` beside it, in a folder of its own or directly in the search folder.
 static std::string libraryBeside(const fs::path& file) {
     auto library = fs::path(file).replace_extension(".so");
-    return fs::is_regular_file(library) ? library.string() : std::string();
+    return isFile(library) ? library.string() : std::string();
 }
 
 // The folder of an effect some way down, such as build/effects/mist for build; or empty.
@@ -64,8 +65,8 @@ static std::string effectBelow(const fs::path& folder) {
 
 // The .fs file that a path means: itself, or the folder's one of the folder's name, or the folder's only one.
 static fs::path effectFile(const fs::path& path) {
-    if (!fs::exists(path)) failUsage(path.string(), ": no such effect file or folder");
-    if (!fs::is_directory(path)) return path;
+    if (!isThere(path)) failUsage(path.string(), ": no such effect file or folder");
+    if (!isFolder(path)) return path;
     std::vector<fs::path> files;
     for (const auto& item : fs::directory_iterator(path))
         if (item.path().extension() == ".fs") files.push_back(item.path());
@@ -86,7 +87,7 @@ static std::vector<std::string> includePathOf(const fs::path& file) {
     auto own = file.parent_path();
     std::vector<std::string> path = {own.string()};
     for (const auto& root : {own.parent_path().parent_path() / "glsl", fs::path(installRoot()) / "glsl"})
-        if (fs::is_directory(root) && path.back() != root.string()) path.push_back(root.string());
+        if (isFolder(root) && path.back() != root.string()) path.push_back(root.string());
     return path;
 }
 
@@ -102,14 +103,14 @@ EffectRegistry::EffectRegistry(const std::vector<std::string>& folders)
             auto path = item.path();
             if (path.extension() == ".fs" && item.is_regular_file()) add(path);
             auto inside = path / (path.filename().string() + ".fs");
-            if (item.is_directory() && fs::is_regular_file(inside)) add(inside);
+            if (item.is_directory() && isFile(inside)) add(inside);
         }
     }
 }
 
 std::shared_ptr<const Effect> EffectRegistry::find(const std::string& nameOrPath) const {
     bool isPath = fs::path(nameOrPath).extension() == ".fs" || nameOrPath.find('/') != std::string::npos;
-    if (isPath || (!entries_.count(nameOrPath) && fs::is_directory(nameOrPath))) {
+    if (isPath || (!entries_.count(nameOrPath) && isFolder(nameOrPath))) {
         const fs::path file = effectFile(nameOrPath);
         return loadEffect(file.string(), libraryBeside(file), includePathOf(fs::absolute(file)));
     }

@@ -69,7 +69,7 @@ ExrStatements getStatements(const json& attributes, const std::string& path) {
         failIo(path, ": attribute ",
                stated.encoding || encoding.empty() ? "brumeSidecar" : "brumeDepthEncoding", ": ", e.what());
     } catch (const json::exception& e) {
-        failIo(path, ": attribute brumeSidecar: ", e.what());
+        failIo(path, ": attribute brumeSidecar: ", reasonOf(e));
     }
     return stated;
 }

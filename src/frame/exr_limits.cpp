@@ -1,6 +1,7 @@
 #include "frame/exr_limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -80,7 +81,8 @@ class Header {
     bool preview(int64_t bytes) {
         const auto width = number(), height = number();
         if (!width || !height) return false;
-        if (bytes != 8 + 4 * int64_t(uint32_t(*width)) * uint32_t(*height))
+        const uint64_t pixels = uint64_t(uint32_t(*width)) * uint32_t(*height);
+        if (bytes < 8 || bytes % 4 || pixels != uint64_t(bytes - 8) / 4)
             failIo(path_, ": is a damaged EXR: its preview is not of the size it states");
         return skip(bytes - 8);
     }
@@ -158,11 +160,13 @@ void requireModestBlocks(exr_const_context_t file, int part, const std::string& 
     uint64_t pixel = 0;
     for (int c = 0; c < channels->num_channels; ++c)
         pixel += channels->entries[c].pixel_type == EXR_PIXEL_HALF ? 2 : 4;
-    const uint64_t bytes = width * height * pixel,
-                   most = std::min<uint64_t>(maxPixels, uint64_t(1) << 40) * 32 + (1 << 20);
+    const double bytes =
+                     double(width) * double(height) * double(pixel),  // beyond 64 bits where a header says so
+        most = double(std::min<uint64_t>(maxPixels, uint64_t(1) << 40) * 32 + (1 << 20));
     if (bytes > most)
         failIo(path, ": its blocks of ", width, " × ", height, " pixels in ", channels->num_channels,
-               " channels take ", bytes >> 20, " MiB each, more than the limit of ", most >> 20);
+               " channels take ", std::floor(bytes / (1 << 20)), " MiB each, more than the limit of ",
+               std::floor(most / (1 << 20)));
 }
 
 }  // namespace brume

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "error.hpp"
+#include "file_status.hpp"
 
 namespace brume {
 
@@ -30,8 +31,8 @@ std::string depthFileFor(const std::string& colorPath, const std::string& patter
     const size_t hole = name.find("{stem}");
     if (hole != std::string::npos) name.replace(hole, 6, stemOf(colorPath));
     const fs::path beside = fs::path(colorPath).parent_path() / name;
-    if (fs::exists(beside)) return beside.lexically_normal().string();
-    if (fs::exists(name)) return name;
+    if (isThere(beside)) return beside.lexically_normal().string();
+    if (isThere(name)) return name;
     failIo(colorPath, ": its depth ", beside.string(), " does not exist");
 }
 
@@ -44,7 +45,7 @@ const std::vector<std::pair<std::string, std::string>> twins = {
 // The image of that folder and stem, whatever its format, or empty.
 std::string imageAt(const fs::path& folder, const std::string& stem) {
     for (const std::string& ending : endings)
-        if (fs::path path = folder / (stem + ending); fs::exists(path)) return path.string();
+        if (fs::path path = folder / (stem + ending); isThere(path)) return path.string();
     return "";
 }
 

@@ -11,6 +11,17 @@
 
 namespace brume {
 
+// A sanitizer takes address space without end, and has things to say as a process goes down.
+#if defined(__has_feature)
+#define BRUME_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define BRUME_SANITIZED 1
+#else
+#define BRUME_SANITIZED 0
+#endif
+constexpr bool isSanitized = BRUME_SANITIZED;
+#undef BRUME_SANITIZED
+
 struct Message {
     std::vector<uint8_t> bytes;
     std::vector<int> files;  ///< descriptors; the receiver's to close

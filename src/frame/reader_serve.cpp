@@ -18,12 +18,6 @@ using nlohmann::json;
 
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool isSanitized = true;  // which takes address space without end
-#else
-constexpr bool isSanitized = false;
-#endif
-
 void limit(decltype(RLIMIT_CPU) what, rlim_t most) {
     struct rlimit both {};
     getrlimit(what, &both);

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/pairing.hpp"
 
 namespace brume {
@@ -134,7 +135,7 @@ class SpokenOf {
         const bool isBeside = !path.stem().extension().empty() && !isDepthBeside(path.string()) &&
                               fs::exists(path.parent_path() / (owner.string() + ".json"));
         return (isBeside || sidecar_.find('"' + path.filename().string() + '"') != std::string::npos) &&
-               !fs::exists(fs::path(path).replace_extension(".json"));
+               !isThere(fs::path(path).replace_extension(".json"));
     }
 
   private:
@@ -216,9 +217,9 @@ std::vector<FrameFiles> readList(const std::string& name) {
 std::vector<FrameFiles> colorFiles(const std::string& name) {
     std::vector<FrameFiles> frames;
     if (isList(name)) return readList(name);
-    if (fs::is_directory(name))
+    if (isFolder(name))
         for (const std::string& file : imagesIn(name, false)) frames.push_back({file, "", timestampOf(file)});
-    else if (fs::exists(name))
+    else if (isThere(name))
         frames.push_back({name, "", timestampOf(name)});
     else if (patternIn(name))
         for (const auto& [number, file] : matching(name)) frames.push_back({file, "", {}});
@@ -325,7 +326,7 @@ std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const s
             }
         return paired;
     }
-    if (isList(depth) || fs::is_directory(depth)) {
+    if (isList(depth) || isFolder(depth)) {
         std::vector<DepthFile> depths;
         if (isList(depth))
             for (const FrameFiles& d : readList(depth)) depths.push_back({d.color, d.time});
@@ -333,7 +334,7 @@ std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const s
             for (const std::string& file : imagesIn(depth, true)) depths.push_back({file, timestampOf(file)});
         return pairWith(paired, depths, depth);
     }
-    if (!fs::exists(depth) && patternIn(depth)) {
+    if (!isThere(depth) && patternIn(depth)) {
         const std::map<long, std::string> files = matching(depth);
         for (FrameFiles& f : paired) {
             const std::optional<long> number = numberOf(f.color);

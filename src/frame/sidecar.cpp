@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/image_file.hpp"
 #include "nearest_name.hpp"
 #include "strict_json.hpp"
@@ -86,7 +87,7 @@ bool Sidecar::statesPose() const {
 Sidecar readSidecar(const std::string& imagePath) {
     Sidecar sidecar;
     const fs::path path = fs::path(imagePath).replace_extension(".json");
-    if (!fs::exists(path) || path == imagePath) return sidecar;
+    if (!isThere(path) || path == imagePath) return sidecar;
     sidecar.path = path.string();
     const std::vector<unsigned char> bytes = readBytes(sidecar.path, size_t(64) << 20);
     json root;
@@ -95,7 +96,7 @@ Sidecar readSidecar(const std::string& imagePath) {
     } catch (const Error& e) {
         failIo(sidecar.path, ": ", e.what());
     } catch (const json::exception& e) {
-        failIo(sidecar.path, ": is not JSON: ", e.what());
+        failIo(sidecar.path, ": is not JSON: ", reasonOf(e));
     }
     if (!root.is_object()) failIo(sidecar.path, ": must hold an object");
     try {
@@ -120,7 +121,7 @@ Sidecar readSidecar(const std::string& imagePath) {
         sidecar.extras = std::make_shared<const json>(std::move(root));
         sidecar.camera({1, 1});  // its mistakes belong to reading the sidecar
     } catch (const json::exception& e) {
-        failIo(sidecar.path, ": ", e.what());
+        failIo(sidecar.path, ": ", reasonOf(e));
     }
     return sidecar;
 }

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/read.hpp"
 #include "gl/rows_buffer.hpp"
 #include "gl/shader_source.hpp"
@@ -20,7 +21,7 @@ std::string vertexFile(const EffectHeader& header) {
     for (const char* ending : {".vs", ".vert"}) {
         std::filesystem::path path(header.path);
         path.replace_extension(ending);
-        if (std::filesystem::is_regular_file(path)) return path.string();
+        if (isFile(path)) return path.string();
     }
     return {};
 }

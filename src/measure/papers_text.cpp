@@ -14,6 +14,7 @@
 #include "measure/chart_page.hpp"
 #include "measure/papers.hpp"
 #include "nearest_name.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 namespace {
@@ -105,7 +106,7 @@ std::vector<PaperExperiment> readPapers(const std::string& path, const EffectReg
     try {
         all = json::parse(in, nullptr, true, true);
     } catch (const json::parse_error& e) {
-        failUsage(path, ": not JSON: ", e.what());
+        failUsage(path, ": not JSON: ", reasonOf(e));
     }
     checkKeys(all, path, {"experiments"});
     std::vector<PaperExperiment> experiments;

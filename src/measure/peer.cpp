@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 namespace {
@@ -95,7 +96,7 @@ PeerResult runPeer(const std::string& program, const EffectHeader& header, const
         result.device = report.at("device");
         result.timing.milliseconds = report.at("milliseconds").get<std::vector<double>>();
     } catch (const json::exception& e) {
-        failIo("'", program, "' left no readable result.json: ", e.what());
+        failIo("'", program, "' left no readable result.json: ", reasonOf(e));
     }
     if (result.timing.milliseconds.empty()) failIo("'", program, "' measured no time");
     result.output.create(frame.size(), CV_32FC4);

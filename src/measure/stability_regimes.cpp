@@ -5,6 +5,7 @@
 
 #include "effect/header_parts.hpp"
 #include "measure/stability.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -187,7 +188,7 @@ std::vector<Regime> regimesOf(const EffectHeader& header, bool hasPlan) {
         for (const auto& item : *header.stability)
             regimes.push_back(readRegime(item, header, hasPlan, where));
     } catch (const json::exception& error) {
-        where.fail("a value has the wrong type: ", error.what());
+        where.fail("a value has the wrong type: ", reasonOf(error));
     }
     return regimes;
 }

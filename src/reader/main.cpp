@@ -5,6 +5,7 @@
 
 #include <iostream>
 
+#include "frame/reader_line.hpp"
 #include "frame/reader_process.hpp"
 
 int main() {
@@ -16,11 +17,9 @@ int main() {
         return 2;
     }
     fcntl(line, F_SETFD, FD_CLOEXEC);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     // What a library says as it goes down is brume's to say, in its own words.
-    if (const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0)
+    if (const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0 && !brume::isSanitized)
         dup2(nowhere, STDERR_FILENO);
-#endif
     brume::serveDecoding(line);
     _exit(0);  // nothing is left to be put in order
 }

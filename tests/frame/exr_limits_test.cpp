@@ -64,6 +64,10 @@ TEST_F(ExrLimits, AttributesAreOfTheSizeTheyState) {
     EXPECT_EQ(
         refusal(headerWith(channel("Y"), attribute("preview", "preview", number(30000) + number(30000)))),
         "is a damaged EXR: its preview is not of the size it states");
+    // As many pixels as would make 64 bits overflow.
+    EXPECT_EQ(refusal(headerWith(channel("Y"),
+                                 attribute("preview", "preview", number(0xbbbbbbbb) + number(0xbbbbbbbb)))),
+              "is a damaged EXR: its preview is not of the size it states");
 }
 
 TEST_F(ExrLimits, ChannelsPartsAndBlocksAreFew) {
@@ -78,6 +82,16 @@ TEST_F(ExrLimits, ChannelsPartsAndBlocksAreFew) {
     EXPECT_EQ(
         refusal(headerWith(some, "", 1 << 20, 1)),
         "its blocks of 1048576 × 1 pixels in 100 channels take 200 MiB each, more than the limit of 33");
+}
+
+TEST_F(ExrLimits, BlocksOfMoreBytesThanSixtyFourBitsCountAreRefused) {
+    std::string tiled = headerWith(channel("A") + channel("B") + channel("G") + channel("R"),
+                                   attribute("tiles", "tiledesc", number(1 << 30) + number(1 << 30) + '\0'));
+    tiled[5] = 2;  // the version's flag of tiles
+    for (const char* kind : {"A", "B", "G", "R"})
+        tiled[tiled.find(std::string(kind) + '\0') + 2] = 2;  // float: 16 bytes a pixel, 2^64 a tile
+    EXPECT_NE(refusal(tiled), "");
+    EXPECT_EQ(refusal(tiled).find("blocks of pixels are not where"), std::string::npos) << refusal(tiled);
 }
 
 TEST_F(ExrLimits, SoundHeadersPass) {

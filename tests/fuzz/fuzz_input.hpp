@@ -12,10 +12,12 @@
 
 namespace brume::fuzz {
 
-/// A file in memory that is rewritten for each input.
+/// A file in memory that is rewritten for each input; other processes of this user can open it, too.
 class MemoryFile {
   public:
-    MemoryFile() : file_(memfd_create("fuzz", 0)), path_("/proc/self/fd/" + std::to_string(file_)) {
+    MemoryFile()
+        : file_(memfd_create("fuzz", 0)),
+          path_("/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(file_)) {
         if (file_ < 0) std::abort();
     }
     const std::string& holding(const uint8_t* data, size_t size) {

@@ -48,6 +48,22 @@ TEST_F(HostileInput, aShaderThatNeverEndsIsGivenUpAndItsPassNamed) {
                     "spin.fs: the pass spin/endless: did not finish within 0.5 s");
 }
 
+TEST_F(HostileInput, everyCommandThatRunsShadersGivesUp) {
+    addEffect("slow.fs", "", R"(
+        void main() {
+            vec4 c = fetch(inputImage, pixel());
+            for (int i = 0; i < 60000; i++)
+                for (int j = 0; j < 60000; j++) c.r = fract(c.r * 1.7 + float(i ^ j));
+            store(c);
+        })");
+    for (const char* command : {"check slow.fs --backend osmesa", "bench slow.fs --backend osmesa",
+                                "chart slow.fs --backend osmesa -o charts"}) {
+        const Ran ran = brume(std::string(command) + " --pass-seconds .5");
+        EXPECT_NE(ran.status, 0) << command;
+        EXPECT_THAT(ran.out + ran.err, HasSubstr("did not finish within 0.5 s")) << command;
+    }
+}
+
 TEST_F(HostileInput, aPassThatRepeatsWithoutEndIsRefused) {
     addFrame("a.exr");
     addEffect("again.fs", R"(, "PASSES": [{"TARGET": "more", "REPEAT": "10^9"}, {}])",
@@ -87,6 +103,14 @@ TEST_F(HostileInput, presetsNameEffectsAndNoFiles) {
         addText("p.json", std::string(R"({"effects": [{"effect": ")") + name + R"("}]})");
         expectError("apply p.json a.exr -o a.png", 2, "is a path; a preset may only name effects");
     }
+    // A folder here is a path, too, for all that its name is plain.
+    fs::create_directories(path("own"));
+    fs::copy(path("own.fs"), path("own/own.fs"));
+    fs::copy(path("own.so"), path("own/own.so"));
+    addText("p.json", R"({"effects": [{"effect": "own"}]})");
+    expectError("apply p.json a.exr -o a.png", 2, "'own' is a path; a preset may only name effects");
+    addText("p.json", R"({"effects": [{"effect": ")" + repeated("own", 200) + R"("}]})");
+    expectError("apply p.json a.exr -o a.png", 2, "no effect 'ownown");
     addText("p.json", R"({"effects": [{"effect": "depth_fog", "output": "../../x"}]})");
     expectError("apply p.json a.exr -o a.png", 2, "is a path; an image has a plain name");
 }
@@ -121,16 +145,48 @@ TEST_F(HostileInput, namesMayHoldAnyByte) {
         EXPECT_EQ(ran.status, 0) << ran.err;
         EXPECT_TRUE(fs::exists(path("out/" + name + ".exr"))) << name;
         EXPECT_TRUE(fs::exists(path("r.json")));
-        // A record is JSON, so it cannot name a file whose name is no UTF-8: such outputs are not taken up
-        // again.
-        const auto resumed = brume("apply depth_fog '" + quoted + "' -o out/ --resume");
-        EXPECT_EQ(resumed.status, name[0] == '\xff' ? 3 : 0) << resumed.err;
+        const auto resumed = brume("apply depth_fog '" + quoted + "' -o out/ --resume --report r.json");
+        EXPECT_EQ(resumed.status, 0) << resumed.err;
+        EXPECT_THAT(bytesOf(path("r.json")), HasSubstr("up to date")) << name;
         fs::remove(path("r.json"));
     }
 }
 
 TEST_F(HostileInput, aSentenceHoldsNoTerminalCodes) {
     expectError("apply depth_fog \"$(printf 'x\\033[2Jy.exr')\" -o a.png", 3, "x\\x1b[2Jy.exr");
+}
+
+TEST_F(HostileInput, whatIsPrintedHoldsNoTerminalCodes) {
+    addText("\x1b[2J.fs", "/*{\"DESCRIPTION\": \"\\u001b[2J\\u009b2J\"}*/ void main() {}");
+    const Ran ran = brume("info \"$(printf '\\033[2J.fs')\"");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(ran.out.find('\x1b'), std::string::npos);
+    EXPECT_EQ(ran.out.find("\xc2\x9b"), std::string::npos);
+    EXPECT_THAT(ran.out, HasSubstr("\\x1b[2J\\xc2\\x9b2J"));
+}
+
+TEST_F(HostileInput, sentencesSpeakOfNoExceptions) {
+    addFrame("a.exr");
+    addText("p.json", "{\"effects\": [}");
+    expectError("apply p.json a.exr -o a.png", 2, "p.json:1: not JSON: parse error at line 1, column 14");
+    addText("a.json", "{\"camera\": {\"fov_x\": \"wide\"}}");
+    EXPECT_EQ(brume("apply depth_fog a.exr -o a.png").err.find("exception"), std::string::npos);
+    addText("a.json", "{");
+    expectError("apply depth_fog a.exr -o a.png", 3, "a.json: is not JSON: parse error at line 1");
+}
+
+TEST_F(HostileInput, namesTooLongForTheDiskAreSentences) {
+    addFrame("a.exr");
+    const std::string name = repeated("long", 80), deep = repeated("long/", 1000) + "long";
+    for (const std::string& one : {name, deep}) {
+        expectError("apply " + one + " a.exr -o a.png", 2, "no ");
+        expectError("apply " + one + ".json a.exr -o a.png", 2, "long");
+        expectError("apply depth_fog " + one + ".exr -o a.png", 3, "long");
+        expectError("apply depth_fog a.exr --depth " + one + ".png -o a.png", 3, "long");
+        expectError("apply depth_fog a.exr -o " + one + ".png", 3, "long");
+        expectError("apply depth_fog a.exr -o 'out/{stem}/" + one + ".png'", 3, "long");
+        expectError("info " + one, 2, "no ");
+    }
 }
 
 TEST_F(HostileInput, outputsStayInTheirFolder) {

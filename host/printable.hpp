@@ -1,0 +1,27 @@
+// What a file says (its name, a label, a note) may hold codes that a terminal obeys: they are shown, not obeyed.
+#pragma once
+
+#include <memory>
+#include <streambuf>
+#include <string>
+
+namespace brume::host {
+
+/// Text for a terminal: control characters as \xNN; tabs and ends of lines stay.
+std::string printable(const std::string& text);
+
+/// While it lives, std::cout writes all text printable.
+class PrintableOutput {
+  public:
+    PrintableOutput();
+    ~PrintableOutput();
+    PrintableOutput(const PrintableOutput&) = delete;
+    PrintableOutput& operator=(const PrintableOutput&) = delete;
+    void flush() const;
+
+  private:
+    std::unique_ptr<std::streambuf> lines_;
+    std::streambuf* before_;
+};
+
+}  // namespace brume::host
