@@ -1,4 +1,5 @@
-// What a file says (its name, a label, a note) may hold codes that a terminal obeys: they are shown, not obeyed.
+// What a file says (its name, a label, a note) may hold codes that a terminal obeys: they are shown, not
+// obeyed.
 #pragma once
 
 #include <memory>

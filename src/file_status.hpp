@@ -1,4 +1,5 @@
-// What a path means, where "it cannot be told" is "no": the standard's questions throw for a name that is too long.
+// What a path means, where "it cannot be told" is "no": the standard's questions throw for a name that is too
+// long.
 #pragma once
 
 #include <filesystem>

@@ -36,8 +36,11 @@ Pass readPass(const json& object, const Where& where) {
         if (auto size = compute->find("LOCAL_SIZE"); size != compute->end()) {
             if (!size->is_array() || size->empty() || size->size() > 3)
                 where.fail("LOCAL_SIZE must be an array of 1 to 3 numbers");
-            for (size_t k = 0; k < 3; k++)
-                pass.compute->localSize[k] = k < size->size() ? (*size)[k].get<int>() : 1;
+            for (size_t k = 0; k < 3; k++) {
+                const double one = k < size->size() ? (*size)[k].get<double>() : 1;
+                if (!(one >= 1 && one <= 1024)) where.fail("LOCAL_SIZE must be numbers of 1 to 1024");
+                pass.compute->localSize[k] = int(one);
+            }
             int product =
                 pass.compute->localSize[0] * pass.compute->localSize[1] * pass.compute->localSize[2];
             if (product < 1 || product > 1024) where.fail("LOCAL_SIZE must multiply to 1 to 1024");

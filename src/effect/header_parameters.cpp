@@ -1,9 +1,11 @@
 // INPUTS of an effect file.
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 
 #include "effect/header_parts.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -72,7 +74,9 @@ void readChoices(const json& object, Parameter& parameter, const Where& where) {
         return;
     }
     for (const auto& value : *values) {
-        if (value.is_number())
+        if (value.is_number() && std::abs(value.get<double>()) > 1e9)
+            where.fail("VALUES must be no larger than 10^9, not ", shownJson(value));
+        else if (value.is_number())
             parameter.values.push_back(value.get<long>());
         else if (where.strict)
             where.fail("VALUES must be whole numbers");

@@ -100,6 +100,8 @@ std::vector<std::string> depthEncodingNames() {
 
 DepthEncoding depthEncodingFromJson(const json& object, const std::string& where) {
     if (!object.is_object()) failIo(where, ": must be an object");
+    if (object.contains("encoding") && !object["encoding"].is_string())
+        failIo(where, ": encoding is ", shownJson(object["encoding"]), ", not a name");
     const std::string name = object.value("encoding", "linear");
     const ReadyMade* base = nullptr;
     for (const ReadyMade& r : readyMade())

@@ -78,8 +78,9 @@ void writeMarks(std::ostream& out, const PlotPanel& panel, const Legend& legend)
     for (const PlotMark& m : panel.marks) {
         if (!plotAxis(panel, m.isVertical).holds(m.at)) continue;
         const std::string at = number(m.at);
-        out << "set arrow from " << (m.isVertical ? at + ",graph 0 to " + at + ",graph 1"
-                                                  : "graph 0,first " + at + " to graph 1,first " + at)
+        out << "set arrow from "
+            << (m.isVertical ? at + ",graph 0 to " + at + ",graph 1"
+                             : "graph 0,first " + at + " to graph 1,first " + at)
             << " nohead lw 1.2 dt " << (m.isVertical ? 3 : 2) << " lc rgb '" << legend.colorOf(m.series)
             << "' back\n";
     }
@@ -189,12 +190,13 @@ struct Layout {
 };
 
 void writeLegend(std::ostream& out, const Legend& legend, double bottom, double share, int columns) {
-    out << "set origin 0," << number(bottom) << "\nset size 1," << number(share) << "\n" << noFrame
-        << "set key at screen .5,screen " << number(bottom + share / 2)
+    out << "set origin 0," << number(bottom) << "\nset size 1," << number(share) << "\n"
+        << noFrame << "set key at screen .5,screen " << number(bottom + share / 2)
         << " center center horizontal Left reverse maxcols " << columns << " samplen 2.2 font ',10'\nplot ";
     for (size_t k = 0; k < legend.entries.size(); k++) {
         const auto& [name, kind] = legend.entries[k];
-        out << (k ? ", " : "") << "NaN title " << plotQuoted(name) << ' ' << styleOf(kind, legend.lookOf(name));
+        out << (k ? ", " : "") << "NaN title " << plotQuoted(name) << ' '
+            << styleOf(kind, legend.lookOf(name));
     }
     out << (legend.entries.empty() ? "NaN notitle" : "") << "\nunset key\n";
 }
@@ -233,8 +235,8 @@ std::string plotScript(const PlotPage& page, const std::string& terminal, const 
         out << frameOfPanels;
         for (size_t k = 0; k < layout.rows[row].size(); k++) {
             out << "set origin " << number(double(k) / layout.columns) << ',' << number(below / height)
-                << "\nset size " << number(1. / layout.columns) << ','
-                << number(layout.panelHeight / height) << "\n";
+                << "\nset size " << number(1. / layout.columns) << ',' << number(layout.panelHeight / height)
+                << "\n";
             writePanel(out, *layout.rows[row][k], layout.legendOf(row), index++);
         }
         if (!layout.endsWithLegend(row)) continue;

@@ -109,8 +109,7 @@ std::vector<PlotWord> candidatesFor(const PlotMark& mark, double at) {
         }
     } else if (mark.series.empty()) {
         for (double dx : {8., -8.})
-            for (double y : {.02, .98})
-                all.push_back(wordAt(mark.label, at, y, dx, 0, 9, y > .5, true));
+            for (double y : {.02, .98}) all.push_back(wordAt(mark.label, at, y, dx, 0, 9, y > .5, true));
     } else {  // short: beside the top of its line, one below the other where lines are near
         for (double y : {.965, .91, .855, .8})
             for (bool endsHere : {false, true})
@@ -154,8 +153,7 @@ PlotAxis plotAxis(const PlotPanel& panel, bool ofX) {
     for (const PlotMark& m : panel.marks)
         if (m.isVertical == ofX) take(m.at);
     if (!(least <= most)) return {isLog ? .1 : 0, 1, isLog};
-    if (!isLog)
-        return {least - .05 * (most - least), most + .05 * (most - least) + (most == least), isLog};
+    if (!isLog) return {least - .05 * (most - least), most + .05 * (most - least) + (most == least), isLog};
     return {least / 1.6, most * 1.6, isLog};
 }
 

@@ -27,7 +27,7 @@ struct PlotWord {
     bool endsHere = false;   ///< right-aligned
     bool isUpright = false;  ///< read from below
     int fontSize = 9;
-    std::string series;  ///< whose colour it takes; empty: grey
+    std::string series;                               ///< whose colour it takes; empty: grey
     double left = 0, right = 0, bottom = 0, top = 0;  ///< what it covers, in shares
 };
 

@@ -63,6 +63,13 @@ TEST(Header, NamesFileKeyAndNearestMatch) {
     EXPECT_TRUE(has(mistake(input(R"("TYPE": "float", "DEFAULT": 3, "MIN": 4, "MAX": 2)")), "MIN is larger"));
     EXPECT_TRUE(has(mistake(input(R"("TYPE": "long", "DEFAULT": 0, "VALUES": [0, 1], "LABELS": ["x"])")),
                     "2 VALUES but 1 LABELS"));
+    EXPECT_TRUE(has(mistake(input(R"("TYPE": "long", "DEFAULT": 0, "VALUES": [0, 6.7e31])")),
+                    "VALUES must be no larger than 10^9, not 6.7e+31"));
+    for (const char* size : {"[65536, 65536]", "[-32, -32]", "[1e30]"})
+        EXPECT_TRUE(
+            has(mistake(text(R"({"SPACE": "linear", "PASSES": [{"COMPUTE": {"LOCAL_SIZE": )", size, "}}]}")),
+                "LOCAL_SIZE must be numbers of 1 to 1024"))
+            << size;
     EXPECT_TRUE(has(mistake(input(R"("TYPE": "list", "MAX": 3)")), "needs FIELDS"));
     EXPECT_TRUE(
         has(mistake(R"({"SPACE": "linear", "DERIVED": [{"NAME": "k", "TYPE": "float", "FROM": ["x"]}]})"),

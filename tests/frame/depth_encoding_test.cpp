@@ -124,6 +124,7 @@ TEST(DepthEncoding, MistakesAreNamed) {
     EXPECT_NE(usage("linear:scale_to_metres=abc").find("not a number"), std::string::npos);
     EXPECT_NE(usage("linear:scale_to_metres=0").find("above 0"), std::string::npos);
     EXPECT_NE(usage("middlebury").find("focal_baseline"), std::string::npos);
+    EXPECT_NE(usage("linear:encoding=2").find("encoding is [\"linear\",2.0], not a name"), std::string::npos);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// JPEG, TIFF, HDR as brume reads them: through brume_reader, which libraries may bring down and brume must not
-// mind. Those are not instrumented, so what guides the search is what comes back: each sentence, each kind of image.
+// JPEG, TIFF, HDR as brume reads them: through brume_reader, which libraries may bring down and brume must
+// not mind. Those are not instrumented, so what guides the search is what comes back: each sentence, each
+// kind of image.
 #include <cctype>
 #include <functional>
 
