@@ -1,5 +1,6 @@
-// Decimated blurs of RGBA float images on the CPU: a prefilter, every factor-th pixel, a small FIR, back up by
-// a quintic B-spline. Edges replicate exactly. Twin of blur.glsl; both read the numbers of blur_design.hpp.
+// Decimated blurs of RGBA float images on the CPU: a prefilter, every factor-th pixel, a small FIR, back up
+// by a quintic B-spline. Edges replicate exactly. Twin of blur.glsl; both read the numbers of
+// blur_design.hpp.
 #pragma once
 
 #include "common/blur_cpu.hpp"
@@ -63,13 +64,12 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
     const int smallWidth = smallLength(width, factor), smallHeight = smallLength(height, factor);
     const FoldedTaps folded(half, factor, height);
     std::vector<float> quads(16 * size_t(quadCount), 0.0f);
-    for (int t = -reach; t <= reach; t++)
-        std::fill_n(quads.begin() + 4 * (t + reach), 4, half[std::abs(t)]);
+    for (int t = -reach; t <= reach; t++) std::fill_n(quads.begin() + 4 * (t + reach), 4, half[std::abs(t)]);
     // decimateLine writes whole groups of four pixels.
     const int padded = (smallWidth + 3) / 4 * 4;
     bool fits = scratch.isContinuous() && scratch.total() >= size_t(padded) * smallHeight;
-    cv::Mat whole = fits ? cv::Mat(smallHeight, padded, CV_32FC4, scratch.data)
-                         : cv::Mat(smallHeight, padded, CV_32FC4);
+    cv::Mat whole =
+        fits ? cv::Mat(smallHeight, padded, CV_32FC4, scratch.data) : cv::Mat(smallHeight, padded, CV_32FC4);
     // A line of sums has room for replicated edges and for what decimateLine reads beyond them.
     const int before = smallMargin * factor + reach, after = padded * factor + 4 * quadCount - width;
     const int aligned = (before + 3) / 4 * 4, lineFloats = (aligned + width + after + 3) / 4 * 16,
