@@ -181,7 +181,9 @@ void StepRunner::bindTables(Bound& bound) {
             }
             bound.volumes[derived.name] = table.volume->name();
         } else if (!table.buffer || table.values != values) {
-            bufferOf(derived.name, values.data(), std::max<size_t>(values.size(), 4) * sizeof(float));
+            std::vector<float> padded = values;  // a shader's array is never empty
+            padded.resize(std::max<size_t>(values.size(), 4));
+            bufferOf(derived.name, padded.data(), padded.size() * sizeof(float));
         } else {
             bound.buffers[std::find(names.begin(), names.end(), derived.name) - names.begin()] = table.buffer;
         }

@@ -44,7 +44,7 @@ TEST_F(ApplyErrors, depthThatDoesNotFit) {
 
 TEST_F(ApplyErrors, absurdHeadersTakeNoMemory) {
     std::string png = "\x89PNG\r\n\x1a\n";  // declares 2^31 - 1 pixels each way
-    png += std::string("\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\x06\0\0\0\0\0\0\0", 28);
+    png += std::string("\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\x06\0\0\0\0\0\0\0", 25);
     addText("bomb.png", png);
     expectError("apply depth_fog bomb.png -o o.png", 3, "bomb.png");
 }
