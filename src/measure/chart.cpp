@@ -14,6 +14,7 @@
 #include "measure/peer.hpp"
 #include "measure/plot.hpp"
 #include "measure/reference.hpp"
+#include "measure/suspects.hpp"
 
 namespace brume {
 namespace {
@@ -84,26 +85,71 @@ class Stage {
     FramePair frame_;
 };
 
-struct Truth {
-    SampleGrid grid;
-    std::vector<ReferencePixel> pixels;
-};
-
-// References are slow, and many variants share one.
-class Truths {
+// The pictures of one case and their truths: one truth for all that are asked for with the same parameters,
+// because references are slow.
+class Judge {
   public:
-    const Truth& of(const Chain& chain, const FramePair& frame, size_t count) {
+    Judge(const FramePair& frame, size_t count) : frame_(frame), count_(count) {}
+
+    // `place`: of m among the effect's measurements.
+    void judge(const Chain& chain, ChartMeasurement& m, size_t place, const cv::Mat& picture) {
         const std::string key = keyOf(chain.steps[0]);
-        auto found = known_.find(key);
-        if (found != known_.end()) return found->second;
-        Truth truth;
-        truth.grid = sampleGrid(outputSizeOfChain(chain, frame), count);
-        truth.pixels = referenceOfChain(chain, frame, truth.grid.pixels);
-        return known_[key] = std::move(truth);
+        auto found = truths_.find(key);
+        if (found == truths_.end()) {
+            Truth truth{chain, sampleGrid(outputSizeOfChain(chain, frame_), count_), {}};
+            truth.pixels = referenceOfChain(chain, frame_, truth.grid.pixels);
+            found = truths_.emplace(key, std::move(truth)).first;
+        }
+        const Truth& truth = found->second;
+        m.cells = truth.grid.cells;
+        m.errors = encodedErrors(picture, truth.grid.pixels, truth.pixels);
+        m.row.error = errorStatistics(m.errors, truth.grid.pixels);
+        m.row.hasError = true;
+        pictures_.push_back({place, picture, &truth});
+    }
+
+    // Looks for worse pixels than the grids': each truth is asked wherever some picture differs most from the
+    // best one, and the best one from the second. Forgets the case's pictures, which are large.
+    void finish(std::vector<ChartMeasurement>& measurements) {
+        auto worst = [&](const Picture& p) -> ErrorStatistics& { return measurements[p.place].row.error; };
+        std::stable_sort(pictures_.begin(), pictures_.end(),
+                         [&](const Picture& a, const Picture& b) { return worst(a).worst < worst(b).worst; });
+        std::vector<cv::Point> suspects;
+        for (size_t k = 0; k < pictures_.size() && pictures_.size() > 1; k++) {
+            const cv::Mat &one = pictures_[k].image, &other = pictures_[k == 0 ? 1 : 0].image;
+            if (one.size() != other.size()) continue;
+            for (const cv::Point& p : farthestApart(one, other, 8))
+                if (std::find(suspects.begin(), suspects.end(), p) == suspects.end()) suspects.push_back(p);
+        }
+        for (const auto& [key, truth] : truths_) {
+            if (suspects.empty()) break;
+            const auto there = referenceOfChain(truth.chain, frame_, suspects);
+            for (const Picture& p : pictures_) {
+                if (p.truth != &truth) continue;
+                const auto error = errorStatistics(encodedErrors(p.image, suspects, there), suspects);
+                if (error.compared > 0 && error.worst > worst(p).worst)
+                    worst(p).worst = error.worst, worst(p).place = error.place;
+            }
+        }
+        pictures_.clear();
+        truths_.clear();
     }
 
   private:
-    std::map<std::string, Truth> known_;
+    struct Truth {
+        Chain chain;
+        SampleGrid grid;
+        std::vector<ReferencePixel> pixels;
+    };
+    struct Picture {
+        size_t place;
+        cv::Mat image;
+        const Truth* truth;
+    };
+    const FramePair& frame_;
+    size_t count_;
+    std::map<std::string, Truth> truths_;
+    std::vector<Picture> pictures_;
 };
 
 std::vector<FramePair> copiesOf(const FramePair& frame, int count) {
@@ -212,9 +258,9 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
     const bool isKnown = effect->plugin && effect->plugin->hasReference();
     std::map<const Runner*, double> copies;
     for (Runner* runner : runners) copies[runner] = copyTime(*runner, *effect, many);
-    Truths truths;
+    Judge judge(stage.frame(), options.pixels);
     std::vector<ChartMeasurement> measurements;
-    for (const ChartVariant& variant : chartVariants(effect->header))
+    auto measure = [&](const ChartVariant& variant) {
         for (Runner* runner : runners) {
             if (!runsOn(variant, *effect, runner->backend())) continue;
             const bool isGl = runner->backend() == Backend::Gl;
@@ -246,16 +292,10 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
                 if (!isVeryLong) alone = {};  // it may have compiled, and touched memory first
                 run(1);
                 image = image.clone();
-                if (isKnown) {
-                    const Truth& truth =
-                        truths.of(plannedWhole(stage.chain(effect, variant.truth, variant.given),
-                                               stage.frame(), Backend::Cpu),
-                                  stage.frame(), options.pixels);
-                    m.cells = truth.grid.cells;
-                    m.errors = encodedErrors(image, truth.grid.pixels, truth.pixels);
-                    row.error = errorStatistics(m.errors, truth.grid.pixels);
-                    row.hasError = true;
-                }
+                if (isKnown)
+                    judge.judge(plannedWhole(stage.chain(effect, variant.truth, variant.given), stage.frame(),
+                                             Backend::Cpu),
+                                m, measurements.size(), image);
                 if (alone.milliseconds.back() > longRun) {
                     for (int k = 0; k < 2 && !isVeryLong; k++) run(k);
                     setTime(row, alone);
@@ -272,7 +312,8 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
             if (progress) progress(row);
             measurements.push_back(std::move(m));
         }
-    for (const PeerJob& job : peerJobs(*effect)) {
+    };
+    auto measurePeer = [&](const PeerJob& job) {
         ChartMeasurement m;
         ChartRow& row = m.row;
         row.effect = effect->name();
@@ -287,20 +328,27 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
                 plannedWhole(stage.chain(effect, job.values, job.given), stage.frame(), Backend::Cpu);
             const PeerResult result = runPeer(folder + job.peer.run, effect->header, chain.steps[0].values,
                                               stage.frame(), options.repetitions);
-            const Truth& truth = truths.of(
-                plannedWhole(stage.chain(effect, job.truth, job.given), stage.frame(), Backend::Cpu),
-                stage.frame(), options.pixels);
             row.device = result.device;
-            m.cells = truth.grid.cells;
-            m.errors = encodedErrors(result.output, truth.grid.pixels, truth.pixels);
-            row.error = errorStatistics(m.errors, truth.grid.pixels);
-            row.hasError = true;
+            judge.judge(plannedWhole(stage.chain(effect, job.truth, job.given), stage.frame(), Backend::Cpu),
+                        m, measurements.size(), result.output);
             setTime(row, result.timing);
         } catch (const Error& e) {
             row.problem = e.what();
         }
         if (progress) progress(row);
         measurements.push_back(std::move(m));
+    };
+    const auto variants = chartVariants(effect->header);
+    const auto peers = peerJobs(*effect);
+    std::vector<std::string> cases;
+    for (const ChartVariant& v : variants)
+        if (std::find(cases.begin(), cases.end(), v.caseName) == cases.end()) cases.push_back(v.caseName);
+    for (const std::string& name : cases) {
+        for (const ChartVariant& variant : variants)
+            if (variant.caseName == name) measure(variant);
+        for (const PeerJob& job : peers)
+            if (job.caseName == name) measurePeer(job);
+        judge.finish(measurements);
     }
     shareCopies(measurements);
     std::vector<ChartRow> rows;

@@ -50,7 +50,9 @@ struct ChartOptions {
 };
 
 /// The frame that charts are drawn for: depth without NaN. Steps of CHART's BEFORE run first, on the CPU.
-/// Measures each variant on each of `runners` that it names, in CHART's order. Calls `progress` after each.
+/// Measures each variant on each of `runners` that it names, in CHART's order, then the case's peers. The
+/// worst error is that of the sampled pixels and of those where methods differ most from the best of them.
+/// Calls `progress` after each, before its worst pixel is known.
 /// What a run throws becomes the row's problem.
 std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& effect, const FramePair& frame,
                                           const std::vector<Runner*>& runners, const ChartOptions& options,

@@ -93,6 +93,20 @@ TEST(Chart, MeasuresEveryVariantAndFindsThePlantedError) {
     }
 }
 
+TEST(Chart, FindsAWorstPixelThatTheSamplesMiss) {
+    FramePair frame = benchFrames({24, 16})[1];
+    frame.color = cv::Scalar(.2, .3, .4, 1);
+    auto runner = makeCpuRunner();
+    auto all = chartEffect(offsetEffect(), frame, {runner.get()}, {3, .01, 12});
+    ASSERT_EQ(all.size(), 3u);
+    EXPECT_EQ(all[1].row.error.rms, 0) << "a sample at the planted pixel: this test shows nothing";
+    for (int k = 1; k < 3; k++) {
+        EXPECT_EQ(all[size_t(k)].row.error.place, cv::Point(5, 7));
+        EXPECT_GT(all[size_t(k)].row.error.worst, 1);
+    }
+    EXPECT_EQ(all[0].row.error.worst, 0) << "the truth, not another method, is what a method is judged by";
+}
+
 TEST(Chart, WhatFailsIsARowWithItsReason) {
     FramePair frame = benchFrames({8, 8})[0];
     auto effect = offsetEffect();
