@@ -24,9 +24,9 @@ void requireEndOfJpeg(const std::string& path) {
     if (lastEnd < lastScan) failIo(path, ": the file is truncated");
 }
 
+/// The first complaint: the others, often hundreds, say the same of other lines.
 std::string reason(std::string message) {
-    for (char& c : message)
-        if (c == '\n') c = ' ';
+    message.erase(std::min(message.find('\n'), message.size()));
     while (!message.empty() && (message.back() == '.' || message.back() == ' ')) message.pop_back();
     return message.empty() ? "no reason given" : message;
 }
@@ -41,7 +41,12 @@ extern "C" __attribute__((visibility("default"))) void brumeReadImage(const std:
     OIIO::ImageSpec wishes;
     wishes["oiio:UnassociatedAlpha"] = 1;  // as stored, not premultiplied behind our back
     const auto in = OIIO::ImageInput::open(path, &wishes);
-    if (!in) failIo(path, ": cannot be read: ", reason(OIIO::geterror()));
+    if (!in) {
+        const std::string said = reason(OIIO::geterror());
+        const bool isOfNone = said.find("could not find a format reader") != std::string::npos;
+        failIo(path, isOfNone ? ": is damaged: it only begins like a JPEG, TIFF or HDR image"
+                              : ": cannot be read: " + said);
+    }
     const OIIO::ImageSpec spec = in->spec();
     requireSize(path, spec.width, spec.height, maxPixels);
     if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth != 1)
