@@ -159,4 +159,27 @@ inline void marchP2(March& m) {
     }
 }
 
+/// Into how many pieces the fogged part of a ray is cut.
+inline int stridesOf(const Params& p) {
+    return p.method == GaussLegendre ? (p.steps + nodes - 1) / nodes : p.steps;
+}
+
+/// The tile's optical depths and in-scattered light, by the method asked for.
+inline void marchTile(March& m, int strides) {
+    if (m.p.method == GaussLegendre)
+        marchPanels(m, strides);
+    else if (m.p.method == P2)
+        marchP2(m);
+    else
+        marchSteps(m);
+}
+
+/// What in-scattered light is still to be multiplied by: an albedo that all volumes share.
+inline cv::Vec3f commonAlbedo(const March& m) {
+    cv::Vec3f albedo(1, 1, 1);
+    if (m.volumeCount && !m.severalAlbedos && m.p.method != P2)
+        for (int k = 0; k < 3; k++) albedo[k] = m.volumes[0].rows[8 + k];
+    return albedo;
+}
+
 }  // namespace volume_fog

@@ -1,5 +1,4 @@
-// What this frame needs of volume_fog (MODELS.md §9): methods and step counts are tried in fp64 on some of
-// its rays.
+// What this frame needs of volume_fog (MODELS.md §9): methods and step counts are tried on some of its rays.
 #pragma once
 
 #include <cmath>
@@ -8,8 +7,7 @@
 
 #include "effect/plan.hpp"
 #include "error.hpp"
-#include "volume_fog/integral.hpp"
-#include "volume_fog/replay.hpp"
+#include "volume_fog/trial.hpp"
 #include "volume_fog/volume_fog.hpp"
 
 namespace volume_fog {
@@ -40,110 +38,12 @@ inline Bounds boundsOf(const Params& p, const brume::PlanInput& in) {
     return bounds;
 }
 
-// Rays of the frame with their true integrals.
-class Trial {
-  public:
-    Trial(const Params& p, const brume::PlanInput& in) : p_(p), in_(in) {
-        context_.camera = in.scene.camera;
-        context_.frameSize = in.scene.frameSize;
-        context_.time = in.scene.time;
-        context_.extras = in.scene.extras;
-        for (const auto& [name, image] : in.captured) context_.images[name] = image;
-        places_ = in.frame.probes;
-        addLamps();
-        truth_.resize(places_.size());
-        const truth::Scene scene(p_, context_);
-        cv::parallel_for_({0, int(places_.size())}, [&](const cv::Range& range) {
-            for (int k = range.start; k < range.end; k++) {
-                const truth::Ray ray = rayOf(scene, places_[k]);
-                truth_[k] = truth::Integrator(ray).over(truth::breaks(ray));
-            }
-        });
-    }
-
-    /// True where a ray passes through the range of a lamp.
-    bool meetsLamps() const {
-        const truth::Scene scene(p_, context_);
-        for (const brume::Probe& place : places_) {
-            const truth::Ray ray = rayOf(scene, place);
-            for (const PointLight& lamp : p_.point_lights) {
-                const auto [enter, leave] = ray.inRange(lamp);
-                if (lamp.intensity > 0 && leave > std::max(enter, 0.) && enter < ray.far) return true;
-            }
-        }
-        return false;
-    }
-    /// The worst visible error of a method; gives up where it exceeds `enough`.
-    double error(int method, int steps, double enough) {
-        Params p = p_;
-        p.method = method;
-        p.steps = steps;
-        const truth::Scene scene(p, context_);
-        double most = 0;
-        for (size_t n = 0; n < places_.size() && most <= enough; n++) {
-            const size_t k = (n + worst_) % places_.size();
-            const brume::Probe& place = places_[k];
-            const truth::Ray ray = rayOf(scene, place);
-            const double transmittance = std::exp(-truth_[k].depth);
-            double error = 0;
-            for (const cv::Vec3d& color : {place.low, place.high}) {
-                const cv::Vec4f arriving(cv::Vec4d(color[0], color[1], color[2], 1));
-                const truth::Replayed got =
-                    truth::Replay(ray, arriving, place.pixel, in_.scene.frameIndex, in_.scene.seed).run();
-                for (int c = 0; c < 3; c++)
-                    error = std::max(error, in_.visible(color[c] * transmittance + truth_[k].scattered[c],
-                                                        color[c] * got.transmittance + got.scattered[c]));
-            }
-            if (error > most) most = error, worst_ = k;
-        }
-        return most;
-    }
-
-  private:
-    Params p_;
-    const brume::PlanInput& in_;
-    brume::ReferenceContext context_;
-    std::vector<brume::Probe> places_;
-    std::vector<truth::Integral> truth_;
-    size_t worst_ = 0;  // the ray that the last method failed at: the next one starts there
-
-    truth::Ray rayOf(const truth::Scene& scene, const brume::Probe& place) const {
-        return {scene, place.direction, std::min(place.distance, double(p_.max_distance))};
-    }
-    // Rays that pass lamps at some px, as far as anything is: there steps count most.
-    void addLamps() {
-        const auto& camera = in_.scene.camera;
-        const double farthest = in_.frame.skyShare > 0 ? HUGE_VAL : in_.frame.maxDistance;
-        for (const PointLight& lamp : p_.point_lights) {
-            const cv::Vec3d way = cv::Vec3d(lamp.position) - camera.eye();
-            const auto& m = camera.worldFromCamera;
-            cv::Vec3d v;  // as the camera sees it
-            for (int n = 0; n < 3; n++) v[n] = m(0, n) * way[0] + m(1, n) * way[1] + m(2, n) * way[2];
-            if (!(v[2] < 0)) continue;
-            const double x = camera.cx - camera.fx * v[0] / v[2], y = camera.cy + camera.fy * v[1] / v[2];
-            for (double beside : {.5, 3., 12., 40.}) {
-                brume::Probe place;
-                place.pixel = {int(x + beside), int(y)};
-                if (!cv::Rect({}, in_.scene.size).contains(place.pixel)) continue;
-                const cv::Vec3d ray = camera.ray(place.pixel.x, place.pixel.y);
-                for (int n = 0; n < 3; n++)
-                    place.direction[n] =
-                        (m(n, 0) * ray[0] + m(n, 1) * ray[1] + m(n, 2) * ray[2]) / cv::norm(ray);
-                place.distance = farthest;
-                place.low = place.high =
-                    cv::Vec3d::all(std::clamp(0., in_.input.low, std::max(in_.input.low, 0.)));
-                places_.push_back(place);
-            }
-        }
-    }
-};
-
-// Frame copies on the CPU at 1280×720 with two threads.
-inline double costOf(const Params& p, int method, int steps) {
+// Frame copies on the CPU at 1280×720 with two threads. `lampShare`: of the rays, within lamps' ranges.
+inline double costOf(const Params& p, int method, int steps, double lampShare) {
     const double volumes = double(p.density > 0) + double(p.boxes.size());
-    double step = .3 + .3 * volumes + .5 * double(p.point_lights.size());
-    if (method == Equiangular) step += .5 * double(p.point_lights.size());
-    if (p.noise != NoNoise) step += method == SharedNoise ? .5 : 1.;
+    double step = .3 + .3 * volumes + (method == Equiangular ? 1. : .5) * lampShare;
+    if (p.noise != NoNoise)
+        step += 2.3 * (method == SharedNoise ? .5 : method == GaussLegendre ? 1. : 1. / p.noise_every);
     return 3 + steps * step;
 }
 
@@ -151,21 +51,29 @@ struct Option {
     int method, steps;
     double cost;
 };
-inline std::vector<Option> optionsOf(const Params& p, const brume::PlanInput& in, bool meetsLamps) {
+inline std::vector<Option> optionsOf(const Params& p, const brume::PlanInput& in, double lampShare) {
     std::vector<int> methods = {Midpoint, GaussLegendre};
     if (p.noise != NoNoise) methods.push_back(SharedNoise);
-    // A lamp's glow may be narrower than the gaps between the rays tried; equal steps miss it there.
-    if (meetsLamps) methods = {Equiangular};
+    if (lampShare > 0) methods.push_back(Equiangular);
     if (!in.chooses("method")) methods = {p.method};
+    std::vector<int> numbers;
+    for (double steps = 1; steps <= 512.5; steps = std::max(steps + 1, steps * std::pow(2., .25)))
+        numbers.push_back(int(std::lround(steps)));
+    numbers.push_back(512);
     std::vector<Option> options;
-    for (int method : methods)
-        for (int steps : {4,  6,  8,  10,  12,  16,  20,  24,  28,  32,  40,  48,  56,
-                          64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384, 448, 512}) {
-            if (!in.chooses("steps")) steps = p.steps;
-            if (method == GaussLegendre && in.chooses("steps") && steps % 4) continue;  // whole panels
-            options.push_back({method, steps, costOf(p, method, steps)});
-            if (!in.chooses("steps")) break;
+    for (int method : methods) {
+        if (!in.chooses("steps")) {
+            options.push_back({method, p.steps, costOf(p, method, p.steps, lampShare)});
+            continue;
         }
+        int last = 0;
+        for (int steps : numbers) {
+            if (method == GaussLegendre) steps = (steps + 3) / 4 * 4;  // whole panels
+            if (steps == last) continue;
+            options.push_back({method, steps, costOf(p, method, steps, lampShare)});
+            last = steps;
+        }
+    }
     std::sort(options.begin(), options.end(),
               [](const Option& a, const Option& b) { return a.cost < b.cost; });
     return options;
@@ -193,23 +101,26 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
     if (p.method == P2 && !in.chooses("method")) {
         // Its sum does not tend to the integral: more steps only smooth it.
         if (in.chooses("steps")) plan.chosen["steps"] = 128;
-        plan.predictedCost = costOf(p, P2, int(plan.chosen["steps"]));
+        plan.predictedCost = costOf(p, P2, int(plan.chosen["steps"]), 1);
         plan.predictedError = 1;
         plan.why = "p2 is not the integral at any number of steps; 128 are the paper's own";
         return plan;
     }
-    // A ray is one of many: the worst of all is taken for three times the worst of those tried. Too few steps
-    // may hit by luck, and the next number not: both have to.
-    auto marginOf = [](int method) { return method == SharedNoise ? 5. : 3.; };
+    // A ray is one of many: the worst of all is taken for twice the worst of those tried, for four times
+    // where noise is shared between steps (2.9 times was seen). Too few steps may hit by luck, and the next
+    // number not: both have to.
+    auto marginOf = [](int method) { return method == SharedNoise ? 4. : 2.; };
     Trial trial(p, in);
-    const std::vector<Option> options = optionsOf(p, in, trial.meetsLamps());
+    const double lampShare = trial.lampShare();
+    const std::vector<Option> options = optionsOf(p, in, lampShare);
     Option best{};
     double error = HUGE_VAL;
     std::map<int, std::pair<Option, double>>
         before;  // by method: the option tried last, where it did not show
     for (const Option& option : options) {
         const double margin = marginOf(option.method);
-        const double own = margin * trial.error(option.method, option.steps, in.tolerance / margin);
+        const double own =
+            margin * trial.error(option.method, option.steps, in.tolerance / margin) + trial.doubt();
         auto [last, isFirst] = before.insert({option.method, {option, own}});
         if (isFirst) {
             if (in.chooses("steps") || own > in.tolerance) continue;
@@ -230,7 +141,8 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
         for (const Option& option : options) {
             if (option.steps != most) continue;
             const double margin = marginOf(option.method);
-            const double own = margin * trial.error(option.method, option.steps, error / margin);
+            const double own =
+                margin * trial.error(option.method, option.steps, error / margin) + trial.doubt();
             if (own < error) error = own, best = option;
         }
     }

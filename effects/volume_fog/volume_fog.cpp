@@ -23,9 +23,7 @@ BRUME_VECTORISE void storeTile(March& m) {
         const float left = extinctionOf(tile.depth[x]).transmittance;
         transmittance[x] = isP2 ? tile.through[x] : left;
     }
-    cv::Vec3f albedo(1, 1, 1);
-    if (m.volumeCount && !m.severalAlbedos && !isP2)
-        for (int k = 0; k < 3; k++) albedo[k] = m.volumes[0].rows[8 + k];
+    const cv::Vec3f albedo = commonAlbedo(m);
     const float* input = m.c.input.ptr<float>(tile.row) + 4 * tile.column;
     float* output = const_cast<float*>(m.c.output.ptr<float>(tile.row)) + 4 * tile.column;
     const int count = std::min(tileWidth, m.c.view.width - tile.column);
@@ -49,7 +47,7 @@ BRUME_VECTORISE void storeTile(March& m) {
 void rows(const Params& p, const CpuContext& c, cv::Range range) {
     const auto march = std::make_unique<March>(p, c);
     March& m = *march;
-    const int strides = p.method == GaussLegendre ? (p.steps + nodes - 1) / nodes : p.steps;
+    const int strides = stridesOf(p);
     for (int column = 0; column < c.view.width; column += tileWidth) {
         for (int row = range.start; row < range.end; row++) {
             m.tile.column = column;
@@ -58,12 +56,7 @@ void rows(const Params& p, const CpuContext& c, cv::Range range) {
             clipVolumes(m, strides);
             passLamps(m);
             startMarch(m);
-            if (p.method == GaussLegendre)
-                marchPanels(m, strides);
-            else if (p.method == P2)
-                marchP2(m);
-            else
-                marchSteps(m);
+            marchTile(m, strides);
             storeTile(m);
         }
     }

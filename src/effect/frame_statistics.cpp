@@ -61,7 +61,8 @@ void measureColor(const cv::Mat& color, int tileRow, ImageBounds& bounds, Part& 
     }
 }
 
-void measureGeometry(const FramePair& frame, const View& view, int row, double eyeHeight, Part& part) {
+void measureGeometry(const FramePair& frame, const View& view, int row, double eyeHeight, Part& part,
+                     float* farthest) {
     const float* depth = frame.depth.ptr<float>(row);
     const float y = view.rayY(row);
     const auto& r = view.worldFromView;
@@ -70,9 +71,11 @@ void measureGeometry(const FramePair& frame, const View& view, int row, double e
         const float up = (r(1, 0) * x + r(1, 1) * y - r(1, 2)) / length;
         if (!(depth[i] < HUGE_VALF)) {
             part.sky += depth[i] > 0;
+            farthest[i / tile] = HUGE_VALF;
             continue;
         }
         const float distance = depth[i] * length;
+        farthest[i / tile] = std::max(farthest[i / tile], distance);
         part.nearest.take(-distance, i, row);
         part.farthest.take(distance, i, row);
         const double height = eyeHeight + double(distance) * up;
@@ -84,10 +87,10 @@ void measureGeometry(const FramePair& frame, const View& view, int row, double e
     }
 }
 
-// Everywhere evenly: one pixel in each of 16 × 9 cells, by a sequence of low discrepancy.
+// Everywhere evenly: one pixel in each of 32 × 18 cells, by a sequence of low discrepancy.
 std::vector<cv::Point> spread(cv::Size size) {
     std::vector<cv::Point> pixels;
-    const int columns = std::min(16, size.width), rows = std::min(9, size.height);
+    const int columns = std::min(32, size.width), rows = std::min(18, size.height);
     for (int k = 0; k < columns * rows; k++) {
         const double u = std::fmod(.5 + (k + 1) * .7548776662466927, 1.),
                      v = std::fmod(.5 + (k + 1) * .5698402909980532, 1.);
@@ -126,12 +129,13 @@ FrameStatistics measureFrame(const FramePair& frame) {
     const cv::Size tiles((s.size.width + tile - 1) / tile, (s.size.height + tile - 1) / tile);
     for (cv::Mat* image : {&s.color.lowest, &s.color.highest, &s.color.mean}) image->create(tiles, CV_32FC3);
 
+    s.farthest = cv::Mat::zeros(tiles, CV_32F);
     std::vector<Part> parts(tiles.height);
     cv::parallel_for_({0, tiles.height}, [&](const cv::Range& range) {
         for (int k = range.start; k < range.end; k++) {
             measureColor(frame.color, k, s.color, parts[k]);
             for (int j = k * tile; j < std::min((k + 1) * tile, s.size.height); j++)
-                measureGeometry(frame, view, j, s.eyeHeight, parts[k]);
+                measureGeometry(frame, view, j, s.eyeHeight, parts[k], s.farthest.ptr<float>(k));
         }
     });
     Part all;

@@ -45,6 +45,7 @@ struct FrameStatistics {
     double eyeHeight = 0;
     double radiansPerPixel = 0;  ///< at the middle of the image
     ImageBounds color;
+    cv::Mat farthest;  ///< CV_32F, one pixel a tile of ImageBounds: m along the ray, inf where it has sky
     std::vector<Probe> probes;  ///< the extremes (nearest, farthest, brightest, ...) and some of everywhere
 };
 

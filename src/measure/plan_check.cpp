@@ -81,7 +81,8 @@ PlanSet draw(const std::shared_ptr<const Effect>& effect, uint32_t seed, int num
     json values = json::object();
     for (const Parameter& p : effect->header.parameters) {
         step.values[p.name] = drawValue(p, random);
-        step.given.insert(p.name);
+        // A capture's own images have nothing that could be drawn in their place.
+        if (p.type != ParameterType::Image) step.given.insert(p.name);
         const json value = toJson(p, step.values[p.name]);
         if (p.type != ParameterType::Image && value != toJson(p, p.defaultValue)) values[p.name] = value;
     }
