@@ -32,7 +32,7 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int widest = std::clamp(384 * 1024 / (16 * lines), 32, 960);
     const int tiles = std::min((width + 31) / 32, ((width - 1) / widest / threads + 1) * threads);
     const int tile = ((width - 1) / tiles / 32 + 1) * 32;
-    const bool streams = isStreamed(out);
+    const bool streams = brume::isStreamed(out);
     auto filterTiles = [&](const cv::Range& range) {
         Scratch padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
         Scratch finished(streams ? size_t(acrossRows) * 4 * tile : 0);
@@ -66,10 +66,10 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
                     to[k] = streams ? finished.data() + size_t(k) * 4 * tile : out.ptr<float>(y + k) + 4 * x0;
                 firAcross(to, made, rows.data(), taps.data(), tapCount, 4 * count);
                 for (int k = 0; k < made && streams; k++)
-                    putRow(out.ptr<float>(y + k) + 4 * x0, to[k], 4 * size_t(count), true);
+                    brume::putRow(out.ptr<float>(y + k) + 4 * x0, to[k], 4 * size_t(count), true);
             }
         }
-        if (streams) streamEnd();
+        if (streams) brume::streamEnd();
     };
     cv::parallel_for_(cv::Range(0, (width - 1) / tile + 1), filterTiles, tiles);
 }

@@ -153,7 +153,7 @@ inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& 
     cv::Mat blurred(small.size(), CV_32FC4, memory.data());
     separableFir(small, blurred, blur.small);
     const std::vector<float> groups = phaseGroups(blur.factor, blur.up);
-    const bool streams = isStreamed(out);
+    const bool streams = brume::isStreamed(out);
     cv::parallel_for_(
         cv::Range(0, in.rows),
         [&](const cv::Range& range) {
@@ -161,9 +161,9 @@ inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& 
             for (int y = range.start; y < range.end; y++) {
                 enlargeRow(blurred, blur.factor, blur.up, groups.data(), y, 0, in.cols, between.data(),
                            line.data());
-                putRow(out.ptr<float>(y), line.data(), 4 * size_t(in.cols), streams);
+                brume::putRow(out.ptr<float>(y), line.data(), 4 * size_t(in.cols), streams);
             }
-            if (streams) streamEnd();
+            if (streams) brume::streamEnd();
         },
         4 * cv::getNumThreads());
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <opencv2/core/matx.hpp>
 
+#include "common/stream.hpp"
 #include "effect/kit/math.hpp"
 #include "effect/plugin.hpp"
 
@@ -13,26 +14,37 @@ namespace brume {
 /// px worked on at a time: the arrays of a tile stay in the first-level cache.
 constexpr int fogTileSize = 128;
 
-/// A tile of one row, and the memory of the tile after it. That is asked for in four parts, between the
-/// stages of this tile, so that it comes while they compute: the processor's own prefetching begins anew with
-/// each tile, and cannot take all at once.
+/// A tile of one row. Memory further on is asked for in four parts, between the stages of this tile, so that
+/// it comes while they compute: the processor's own prefetching begins anew with each tile, and cannot take
+/// all at once.
 struct FogSpan {
     const float *depth, *in;
     float *out, *transmittance;  ///< transmittance may be null
-    int row, first, count, next;
-    float y;  ///< of the pixels' rays
+    int row, first, count;
+    float y;       ///< of the pixels' rays
+    bool streams;  ///< out is written past the caches (stream.hpp)
 
+    /// Two tiles ahead; behind the end of a row that is the next one's begin, and behind the last it is
+    /// nothing.
     BRUME_INLINE void fetch(int quarter) const {
-        const int end = next * (quarter + 1) / 4;
-        for (int i = (next * quarter / 4) & ~15; i < end; i += 16) {
-            __builtin_prefetch(depth + count + i);
+        const int begin = 2 * fogTileSize + quarter * (fogTileSize / 4);
+        for (int i = begin; i < begin + fogTileSize / 4; i += 16) {
+            __builtin_prefetch(depth + i);
             for (int k = 0; k < 64; k += 16) {
-                __builtin_prefetch(in + 4 * (count + i) + k);
-                __builtin_prefetch(out + 4 * (count + i) + k, 1);
+                __builtin_prefetch(in + 4 * i + k);
+                if (!streams) __builtin_prefetch(out + 4 * i + k, 1);
             }
         }
     }
 };
+
+/// Whether these rows are to be written past the caches: the image is large, nobody comes back to them soon
+/// (as neighbours in a chain do, a few rows at a time), and their memory is not being read anyhow.
+inline bool leavesCaches(const CpuContext& c, cv::Range rows) {
+    const size_t soon = 512 << 10;
+    return canStreamPlanes() && isStreamed(c.output) &&
+           c.output.cols * c.output.elemSize() * rows.size() > soon && c.input.data != c.output.data;
+}
 
 /// Of the work below: a function called, not inlined, would miss the instructions its caller was built for.
 #define BRUME_INLINED __attribute__((always_inline))
@@ -40,17 +52,18 @@ struct FogSpan {
 /// Calls work(FogSpan), marked BRUME_INLINED, for every tile of some rows.
 template <class Work>
 BRUME_INLINE void forEachSpan(const CpuContext& c, cv::Range rows, const Work& work) {
+    const bool leaves = leavesCaches(c, rows);
     for (int j = rows.start; j < rows.end; j++) {
         float* out = const_cast<float*>(c.output.ptr<float>(j));
         float* transmittance =
             c.transmittance.empty() ? nullptr : const_cast<float*>(c.transmittance.ptr<float>(j));
         for (int i = 0; i < c.view.width; i += fogTileSize) {
-            const int left = c.view.width - i, count = std::min(fogTileSize, left);
             work(FogSpan{c.depth.ptr<float>(j) + i, c.input.ptr<float>(j) + 4 * i, out + 4 * i,
-                         transmittance ? transmittance + 4 * i : nullptr, j, i, count,
-                         std::min(fogTileSize, left - count), c.view.rayY(j)});
+                         transmittance ? transmittance + 4 * i : nullptr, j, i,
+                         std::min(fogTileSize, c.view.width - i), c.view.rayY(j), leaves});
         }
     }
+    if (leaves) streamEnd();
 }
 
 /// Per pixel: optical depth in, then transmittance and opacity; one channel where all three agree.
@@ -73,17 +86,17 @@ BRUME_INLINE void extinctionTile(FogTile& t, int channels, int count) {
 
 // Four planes into RGBA pixels. A loop of its own: in one with the arithmetic GCC scatters every float by
 // itself.
-BRUME_INLINE void storePlanes(const float (*plane)[fogTileSize], float* out, int count) {
+BRUME_INLINE void storePlanes(const float (*plane)[fogTileSize], float* out, int count, bool streams) {
+    if (streams) return streamPlanes(out, plane[0], fogTileSize, count);
     for (int i = 0; i < count; i++)
         for (int n = 0; n < 4; n++) out[4 * i + n] = plane[n][i];
 }
 
 // 3. Composite C·T + A·(1 - T) over RGBA pixels. `airlight` is used unless it varies from pixel to pixel.
 template <bool oneChannel, bool varyingAirlight>
-BRUME_INLINE void compositeTile(const FogTile& t, const cv::Vec3f& airlight, const float* in, float* out,
-                                int count) {
+BRUME_INLINE void compositeTile(const FogTile& t, const cv::Vec3f& airlight, const FogSpan& s) {
     float plane[4][fogTileSize];
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < s.count; i++) {
         for (int n = 0; n < 3; n++) {
             const float T = t.transmittance[oneChannel ? 0 : n][i],
                         opacity = t.opacity[oneChannel ? 0 : n][i];
@@ -91,12 +104,12 @@ BRUME_INLINE void compositeTile(const FogTile& t, const cv::Vec3f& airlight, con
             // where T = 0 not even an infinite scene shows; a mask, since three equal selects would become a
             // branch
             const uint32_t shows = 0u - uint32_t(T > 0.0f);
-            const float left = std::bit_cast<float>(std::bit_cast<uint32_t>(in[4 * i + n]) & shows);
+            const float left = std::bit_cast<float>(std::bit_cast<uint32_t>(s.in[4 * i + n]) & shows);
             plane[n][i] = left * T + light * opacity;
         }
-        plane[3][i] = in[4 * i + 3];
+        plane[3][i] = s.in[4 * i + 3];
     }
-    storePlanes(plane, out, count);
+    storePlanes(plane, s.out, s.count, s.streams);
 }
 
 /// Multiplies the running transmittance image's pixels.
@@ -107,7 +120,7 @@ BRUME_INLINE void transmittanceTile(const FogTile& t, bool oneChannel, float* tr
             plane[n][i] = transmittance[4 * i + n] * t.transmittance[oneChannel ? 0 : n][i];
         plane[3][i] = transmittance[4 * i + 3];
     }
-    storePlanes(plane, transmittance, count);
+    storePlanes(plane, transmittance, count, false);
 }
 
 /// The composite and the running transmittance of one tile, whose transmittance and opacity are known.
@@ -115,9 +128,9 @@ template <bool varyingAirlight>
 BRUME_INLINE void storeTile(const FogTile& t, bool oneChannel, const cv::Vec3f& airlight, const FogSpan& s) {
     s.fetch(3);
     if (oneChannel)
-        compositeTile<true, varyingAirlight>(t, airlight, s.in, s.out, s.count);
+        compositeTile<true, varyingAirlight>(t, airlight, s);
     else
-        compositeTile<false, varyingAirlight>(t, airlight, s.in, s.out, s.count);
+        compositeTile<false, varyingAirlight>(t, airlight, s);
     if (s.transmittance) transmittanceTile(t, oneChannel, s.transmittance, s.count);
 }
 

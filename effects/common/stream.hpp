@@ -12,7 +12,7 @@
 #include <immintrin.h>
 #endif
 
-namespace blur {
+namespace brume {
 
 /// Whether an image is larger than what caches will have kept of it.
 inline bool isStreamed(const cv::Mat& image) { return image.total() * image.elemSize() > (16u << 20); }
@@ -31,6 +31,47 @@ __attribute__((target("avx512f"))) inline void streamWide(float* to, const float
 }
 #endif
 
+/// Whether streamPlanes writes past the caches here.
+inline bool canStreamPlanes() {
+#if defined(__SSE2__)
+    static const bool isWide = __builtin_cpu_supports("avx512f");
+    return isWide;
+#else
+    return false;
+#endif
+}
+
+/// Writes four planes, `stride` floats apart, as pixels of 16 bytes, `to` aligned to them, past the caches.
+/// Only where canStreamPlanes(); the thread that did ends with streamEnd().
+#if defined(__SSE2__)
+__attribute__((noinline, target("avx512f"))) inline void streamPlanes(float* to, const float* plane,
+                                                                      int stride, int count) {
+    // Lane 4k + n of a quarter is channel n of pixel k.
+    const __m512i firstFour = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
+    auto putOne = [&](int i) {
+        for (int n = 0; n < 4; n++) to[4 * i + n] = plane[n * stride + i];
+    };
+    int i = 0;
+    for (; i < count && reinterpret_cast<uintptr_t>(to + 4 * i) % 64 != 0; i++) putOne(i);
+    for (; i + 16 <= count; i += 16) {
+        const float* from = plane + i;
+        const __m512 r = _mm512_loadu_ps(from), g = _mm512_loadu_ps(from + stride),
+                     b = _mm512_loadu_ps(from + 2 * stride), a = _mm512_loadu_ps(from + 3 * stride);
+        for (int quarter = 0; quarter < 4; quarter++) {
+            const __m512i pixel = _mm512_add_epi32(firstFour, _mm512_set1_epi32(4 * quarter));
+            __m512 rgba = _mm512_maskz_permutexvar_ps(0xffff, pixel, r);
+            rgba = _mm512_mask_permutexvar_ps(rgba, 0x2222, pixel, g);
+            rgba = _mm512_mask_permutexvar_ps(rgba, 0x4444, pixel, b);
+            rgba = _mm512_mask_permutexvar_ps(rgba, 0x8888, pixel, a);
+            _mm512_stream_ps(to + 4 * i + 16 * quarter, rgba);
+        }
+    }
+    for (; i < count; i++) putOne(i);
+}
+#else
+inline void streamPlanes(float*, const float*, int, int) {}
+#endif
+
 /// Copies whole pixels of 16 bytes, `to` aligned to them, past the caches if it `streams`. The thread that
 /// did ends with streamEnd().
 inline void putRow(float* to, const float* from, size_t floats, bool streams) {
@@ -46,4 +87,4 @@ inline void streamEnd() {
 #endif
 }
 
-}  // namespace blur
+}  // namespace brume

@@ -195,7 +195,7 @@ BRUME_INLINE void encodedTile(const DepthFog& p, const Tile& t, bool oneChannel,
                 attenuated(encodeSrgb(plane[n][i]), transmittance[i]) + encodeSrgb(airlight[i]) * opacity[i];
         for (int i = 0; i < s.count; i++) plane[n][i] = decodeSrgb(plane[n][i]);
     }
-    storePlanes(plane, s.out, s.count);
+    storePlanes(plane, s.out, s.count, s.streams);
     if (s.transmittance) transmittanceTile(t, oneChannel, s.transmittance, s.count);
 }
 
