@@ -51,6 +51,15 @@ inline float pointsMean(const float* points, int count, float way) {
     return sum / length;
 }
 
+// The mean of an exponential density, at most e⁶⁰ itself: with only its dense end at most that, a product
+// would thin out with distance.
+inline float cappedExponentialMean(float logDensity, float k, float way) {
+    const float beyond = logDensity - k * std::min(way, 0.0f) - 60.0f;
+    const float mean = exponentialMean(logDensity, k, way);
+    if (!(beyond > 0.0f)) return mean;
+    return 1.1420073e26f * std::min(phi(k * std::abs(way)) * expFast(std::min(beyond, 80.0f)), 1.0f);
+}
+
 // fp32 constants of the product.
 struct Product {
     Axis axis[3];
@@ -64,7 +73,7 @@ struct Product {
         const int cell[3] = {lattice.cellX, lattice.cellY, lattice.cellZ};
         float mean = 1;
         if (axis[a].profile == exponentialAxis) {
-            mean = exponentialMean(log[a], std::abs(axis[a].falloff), axis[a].falloff < 0 ? -way : way);
+            mean = cappedExponentialMean(log[a], std::abs(axis[a].falloff), axis[a].falloff < 0 ? -way : way);
         } else if (axis[a].profile == noiseAxis) {
             const float there = fraction[a] + way * inverseSize;
             const float n = lineOctavesMean(std::min(fraction[a], there), std::max(fraction[a], there),

@@ -219,10 +219,16 @@ float pointsMean(int begin, int end, float way) {
     sum += max(b - max(a, axis_points[end - 1].x), 0.0) * axis_points[end - 1].y;
     return sum / length;
 }
+// The mean is at most e^60, not only the dense end: or a product would thin out with distance.
+float cappedExponentialMean(float logDensity, float k, float way) {
+    float beyond = logDensity - k * min(way, 0.0) - 60.0;
+    if (beyond > 0.0) return 1.1420073e26 * min(phi(k * abs(way)) * exp(min(beyond, 80.0)), 1.0);
+    return exponentialMean(logDensity, k, way);
+}
 float axisMean(int axis, int profile, float scale, float falloff, float way) {
     float mean = 1.0;
     if (profile == x_profile_exponential) {
-        mean = exponentialMean(axis_log[axis], abs(falloff), falloff < 0.0 ? -way : way);
+        mean = cappedExponentialMean(axis_log[axis], abs(falloff), falloff < 0.0 ? -way : way);
     } else if (profile == x_profile_noise) {
         float cells = way * inverse_size, here = noise_fraction[axis];
         float n = lineOctavesMean(min(here, here + cells), max(here, here + cells), int(noise_cell[axis]), uint(axis), eyeLattice(), octaves);

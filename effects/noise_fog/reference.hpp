@@ -145,16 +145,16 @@ struct ReferenceProduct {
     }
 
     double exponentialMean(const Axis& axis, double from, double to) const {
-        // from the denser end on; beyond 60 falloffs nothing is left
-        const double k = std::abs(double(axis.falloff));
-        auto f = [&](double y) { return std::exp(std::min(60., -double(axis.falloff) * (y - axis.origin))); };
-        const double dense = axis.falloff >= 0 ? from : to, sign = axis.falloff >= 0 ? 1 : -1;
+        // from the denser end on, as shares of it; beyond 60 falloffs nothing is left
+        const double k = std::abs(double(axis.falloff)), length = to - from;
+        const double dense = axis.falloff >= 0 ? from : to;
         std::vector<double> cuts = {0};
-        const double end = k > 0 ? std::min(to - from, 60 / k) : to - from;
+        const double end = k > 0 ? std::min(length, 60 / k) : length;
         for (int e = 1; k > 0 && e < 30; e++)
             if (2 * e / k < end) cuts.push_back(2 * e / k);
         cuts.push_back(end);
-        return integrate([&](double t) { return f(dense + sign * t); }, cuts) / (to - from);
+        const double share = integrate([&](double t) { return std::exp(-k * t); }, cuts) / length;
+        return std::exp(std::min(60., -double(axis.falloff) * (dense - axis.origin) + std::log(share)));
     }
     double pointsMean(int axis, double from, double to) const {
         const auto listed = pointsOf(axis);

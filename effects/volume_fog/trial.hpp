@@ -19,9 +19,12 @@ class Trial {
         count_ = int(rays_.size() + tileWidth - 1) / tileWidth;
         while (!rays_.empty() && int(rays_.size()) < count_ * tileWidth) rays_.push_back(rays_.back());
         const std::pair<const char*, std::vector<double> (*)(const Params&, const brume::DeriveContext&)>
-            constants[] = {{"volume_count", deriveVolumeCount},  {"volumes", deriveVolumes},
-                           {"lamps", deriveLamps},               {"towards_sun", deriveTowardsSun},
-                           {"shadow", deriveShadow},             {"noise_cell", deriveNoiseCell},
+            constants[] = {{"volume_count", deriveVolumeCount},
+                           {"volumes", deriveVolumes},
+                           {"lamps", deriveLamps},
+                           {"towards_sun", deriveTowardsSun},
+                           {"shadow", deriveShadow},
+                           {"noise_cell", deriveNoiseCell},
                            {"noise_fraction", deriveNoiseFraction}};
         for (const auto& [name, derive] : constants) {
             const std::vector<double> numbers = derive(p, in.scene);
@@ -186,8 +189,7 @@ class Trial {
             addRay(cv::Vec3d(box.center));
             for (int corner = 0; corner < 8; corner++) {
                 cv::Vec3d place = box.center;
-                for (int k = 0; k < 3; k++)
-                    place[k] += (corner >> k & 1 ? .4 : -.4) * double(box.size[k]);
+                for (int k = 0; k < 3; k++) place[k] += (corner >> k & 1 ? .4 : -.4) * double(box.size[k]);
                 addRay(place);
             }
         }

@@ -104,6 +104,25 @@ TEST(NoiseFog, ProductOfAnExponentialAndConstantsIsLayeredFog) {
     EXPECT_LT(apart(layered, product), 2e-6);
 }
 
+// Where one axis' density grows without end, so does its mean: the sky there is hidden, and not seen again
+// because the way is longer than the density's limit allows for.
+TEST(NoiseFog, AProductDoesNotThinOutWithDistance) {
+    for (float distance : {1e4f, 1e9f, 1e20f, HUGE_VALF}) {
+        FramePair frame = fogFrame();
+        frame.depth.setTo(distance);
+        cv::Mat red;
+        cv::extractChannel(
+            transmittanceOf(
+                frame,
+                step(
+                    R"("where": "as a product", "model": "power", "power_distance": 0.05, "power_exponent": 0.45,
+                        "x_density": 0.0006, "y_density": 0.03, "y_profile": "constant", "max_opacity": 1,
+                        "z_profile": "exponential", "z_density": 1e-6, "z_falloff": 0.5)")),
+            red, 0);
+        EXPECT_EQ(cv::countNonZero(red > 1e-6), 0) << distance;
+    }
+}
+
 // Noise that drifts for t with the wind is noise seen from a camera moved by -wind·t.
 TEST(NoiseFog, WindMovesTheNoiseAsTheCameraWould) {
     for (std::string where : everywhere) {
