@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,9 @@ struct DecodeRequest {
     Decode what = Decode::Image;
     std::string path;
     size_t maxPixels = 0;
-    bool wantDepth = true;  ///< of Pair
+    bool wantDepth = true;               ///< of Pair
+    std::optional<double> seconds = {};  ///< of processor time, instead of the usual limit
+    std::optional<size_t> memory = {};   ///< bytes beyond what the reader has, instead of the usual limit
 };
 
 /// Plain data, so that it can come from another process. "attributes" holds the header's numbers, texts and
@@ -36,8 +39,9 @@ struct Decoded {
 /// Error (Io): what the format's reader says, or that the file crashed it, took too long or too much memory.
 /// Safe from several threads: each has a process of its own while it decodes.
 ///
-/// Limits: processor time 30 s and 1 s more for each MiB of the file; address space 1 GiB and 32 bytes for
-/// each pixel that maxPixels allows, but no more than the machine's memory.
+/// Limits: processor time 30 s and 1 s more for each MiB of the file (raisedBy maxPixels), and 20 times that
+/// by the clock; private memory 1 GiB and 32 bytes for each pixel that maxPixels allows, but no more than the
+/// machine's memory.
 Decoded decode(const DecodeRequest& request);
 
 /// The same in this process: for brume_reader itself, and for fuzzing.

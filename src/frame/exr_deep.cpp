@@ -7,20 +7,18 @@
 #include <ImfHeader.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <numeric>
 
 #include "error.hpp"
 
 namespace brume {
 
-namespace {
-
-constexpr size_t maxSamples = size_t(1) << 26;  // 256 MiB a channel
-
-}  // namespace
+namespace {}  // namespace
 
 std::vector<cv::Mat> flattenDeep(Imf::MultiPartInputFile& file, int part,
-                                 const std::vector<std::string>& names, const std::string& path) {
+                                 const std::vector<std::string>& names, const std::string& path,
+                                 size_t mostSamples) {
     Imf::DeepScanLineInputPart in(file, part);
     const Imath::Box2i data = in.header().dataWindow();
     const int width = data.max.x - data.min.x + 1, height = data.max.y - data.min.y + 1;
@@ -50,8 +48,11 @@ std::vector<cv::Mat> flattenDeep(Imf::MultiPartInputFile& file, int part,
     size_t total = 0;
     for (int j = 0; j < height; ++j)
         for (int i = 0; i < width; ++i) total += size_t(std::max(counts.at<int>(j, i), 0));
-    if (total > maxSamples)
-        failIo(path, ": holds ", total, " deep samples, more than the limit of ", maxSamples);
+    if (total > mostSamples)
+        failIo(path, ": holds ", total, " deep samples, more than the limit of ", mostSamples);
+    // Deflate cannot pack more than 1032 to 1, and a sample has at least two bytes.
+    if (total > std::filesystem::file_size(path) * 516)
+        failIo(path, ": declares ", total, " deep samples, more than the file holds");
     std::vector<std::vector<float>> samples(all.size(), std::vector<float>(total));
     size_t offset = 0;
     for (int p = 0; p < width * height; ++p) {

@@ -39,7 +39,7 @@ std::string withoutPrefix(std::string message, const std::string& path) {
 // OpenEXR's C++ reader allocates its chunk table as it opens; the C core reads headers without, so it goes
 // first and holds the limits.
 OpenExr openWithinLimits(const std::string& path, size_t maxPixels) {
-    requireModestHeaders(path);
+    requireModestHeaders(path, maxPixels);
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     thread_local std::string complaint;
     complaint.clear();
@@ -106,7 +106,8 @@ void splitName(ExrChannel& channel, const std::string& partName, const std::stri
 
 }  // namespace
 
-ExrFile::ExrFile(const std::string& path, size_t maxPixels) : path_(path) {
+ExrFile::ExrFile(const std::string& path, size_t maxPixels)
+    : path_(path), mostSamples_(size_t(raisedBy(maxPixels) * double(1 << 26))) {
     static std::once_flag threads;
     std::call_once(threads, [] {
         if (Imf::globalThreadCount() == 0) Imf::setGlobalThreadCount(cv::getNumThreads());
@@ -236,7 +237,7 @@ void ExrFile::readPart(int part, const std::vector<Request>& requests) {
         targets[name] = {target.ptr<float>() + (whole ? r.to : 0), size_t(target.channels()), target.step1()};
     }
     if (deep)
-        planes = flattenDeep(*file_, part, names, path_);
+        planes = flattenDeep(*file_, part, names, path_, mostSamples_);
     else if (isZipped(part))
         readZipped(part, targets);
     else

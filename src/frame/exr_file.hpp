@@ -59,6 +59,7 @@ class ExrFile {
     void readDecoded(int part, const std::map<std::string, Target>& targets);
 
     std::string path_;
+    size_t mostSamples_;  ///< of a deep part; 256 MiB a channel
     cv::Size size_;
     OpenExr core_;
     std::unique_ptr<Imf::MultiPartInputFile> file_;

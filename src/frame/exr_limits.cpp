@@ -10,13 +10,11 @@
 #include <optional>
 
 #include "error.hpp"
+#include "frame/image_file.hpp"
 
 namespace brume {
 
 namespace {
-
-constexpr int mostParts = 256, mostChannels = 1024;
-constexpr int64_t mostAttributeBytes = 16 << 20;
 
 // OpenEXR reads these by what they are, whatever size is stated: past a wrong one it would read another
 // header than we do.
@@ -47,7 +45,12 @@ const std::map<std::string, int> fixedSizes = {{"box2f", 16},
 
 class Header {
   public:
-    explicit Header(const std::string& path) : in_(path, std::ios::binary), path_(path) {
+    Header(const std::string& path, double raised)
+        : in_(path, std::ios::binary),
+          path_(path),
+          mostParts_(int(256 * raised)),
+          mostChannels_(int(1024 * raised)),
+          mostMebibytes_(int(16 * raised)) {
         left_ = int64_t(std::filesystem::file_size(path));
     }
 
@@ -73,7 +76,7 @@ class Header {
     bool channels() {
         for (auto one = name(); one; one = name()) {
             if (one->empty()) return true;
-            if (++channels_ > mostChannels) failIo(path_, ": has more than ", mostChannels, " channels");
+            if (++channels_ > mostChannels_) failIo(path_, ": has more than ", mostChannels_, " channels");
             if (!skip(16)) return false;
         }
         return false;
@@ -97,9 +100,11 @@ class Header {
         const auto type = name();
         const auto bytes = number();
         if (!type || !bytes || *bytes < 0) return stop();
-        if (*bytes > std::min(left_, mostAttributeBytes))
-            failIo(path_, ": its attribute ", *key, " claims ", *bytes, " bytes, more than ",
-                   *bytes > left_ ? "the file holds" : "the limit of 16 MiB");
+        if (*bytes > left_)
+            failIo(path_, ": its attribute ", *key, " claims ", *bytes, " bytes, more than the file holds");
+        if (*bytes >> 20 >= mostMebibytes_)
+            failIo(path_, ": its attribute ", *key, " claims ", *bytes, " bytes, more than the limit of ",
+                   mostMebibytes_, " MiB");
         const int64_t end = left_ - *bytes;
         const auto fixed = fixedSizes.find(*type);
         const bool isRead = *type == "chlist"    ? channels()
@@ -113,7 +118,7 @@ class Header {
         const auto magic = number(), version = number();
         const bool isMultipart = version && (*version & 0x1000);
         for (int part = 0; magic && version && (*version & 0xff) == 2 && !isOver_; ++part) {
-            if (part > mostParts) failIo(path_, ": has more than ", mostParts, " parts");
+            if (part > mostParts_) failIo(path_, ": has more than ", mostParts_, " parts");
             isFresh_ = true;
             while (attribute()) {
             }
@@ -129,6 +134,7 @@ class Header {
 
     std::ifstream in_;
     std::string path_;
+    const int mostParts_, mostChannels_, mostMebibytes_;
     int64_t left_ = 0;
     int channels_ = 0;
     bool isFresh_ = true;  ///< no attribute of this part read
@@ -137,7 +143,9 @@ class Header {
 
 }  // namespace
 
-void requireModestHeaders(const std::string& path) { Header(path).all(); }
+void requireModestHeaders(const std::string& path, size_t maxPixels) {
+    Header(path, raisedBy(maxPixels)).all();
+}
 
 void requireModestBlocks(exr_const_context_t file, int part, const std::string& path, size_t maxPixels) {
     const exr_attr_chlist_t* channels = nullptr;

@@ -14,6 +14,10 @@ namespace brume {
 
 namespace fs = std::filesystem;
 
+namespace {
+constexpr uint64_t mostPixelsAByte = 32768;
+}
+
 std::vector<unsigned char> readBytes(const std::string& path, size_t limit) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
@@ -39,10 +43,17 @@ void writeBytes(const std::string& path, const std::vector<std::span<const unsig
     if (!out) failIo(path, ": cannot be written: ", std::strerror(errno));
 }
 
-void requireSize(const std::string& path, int64_t width, int64_t height, size_t maxPixels) {
-    if (width < 1 || height < 1) failIo(path, ": declares ", width, " × ", height, " pixels");
+void requireSize(const std::string& path, int64_t width, int64_t height, size_t maxPixels,
+                 const std::string& what) {
+    const std::string declared =
+        text(path, ": ", what, what.empty() ? "" : " ", "declares ", width, " × ", height, " pixels");
+    if (width < 1 || height < 1) failIo(declared);
     if (uint64_t(width) > maxPixels / uint64_t(height))
-        failIo(path, ": declares ", width, " × ", height, " pixels, more than the limit of ", maxPixels);
+        failIo(declared, ", more than the limit of ", maxPixels);
+    std::error_code none;
+    const uintmax_t bytes = fs::file_size(path, none);
+    if (!none && uint64_t(width) * uint64_t(height) / mostPixelsAByte > bytes)
+        failIo(declared, " but the file holds only ", bytes, " bytes");
 }
 
 FileFormat formatOf(const std::string& path) {

@@ -1,6 +1,7 @@
 // One image file as stored: what every format's reader gives, and how a format is told.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <opencv2/core/mat.hpp>
@@ -10,6 +11,8 @@
 #include <vector>
 
 namespace brume {
+
+constexpr size_t usualMaxPixels = size_t(1) << 28;  ///< as in ReadOptions
 
 struct StoredImage {
     cv::Mat pixels;  ///< CV_8U, CV_16U or CV_32F, 1 to 4 channels: grey, grey + alpha, RGB, RGBA
@@ -29,8 +32,16 @@ StoredImage loadImage(const std::string& path, size_t maxPixels);
 /// All formats in this process.
 StoredImage loadImageHere(const std::string& path, size_t maxPixels);
 
-/// "FILE: declares 46340 × 46340 pixels, more than the limit of N" unless 1 ≤ width·height ≤ maxPixels.
-void requireSize(const std::string& path, int64_t width, int64_t height, size_t maxPixels);
+/// "FILE: declares 46340 × 46340 pixels, more than the limit of N" unless 1 ≤ width·height ≤ maxPixels; nor
+/// may they be more than 32768 for each byte of the file: sound files have a quarter of that at most (a PNG
+/// of one bit a pixel, all black). `what` is what declares them, where not the file itself.
+void requireSize(const std::string& path, int64_t width, int64_t height, size_t maxPixels,
+                 const std::string& what = "");
+
+/// How far maxPixels raises the other limits: in proportion to its usual value, 1 to 16 times.
+inline double raisedBy(size_t maxPixels) {
+    return std::clamp(double(maxPixels) / double(usualMaxPixels), 1., 16.);
+}
 
 // One reader a family; loadImageHere chooses.
 StoredImage loadPng(const std::string& path, size_t maxPixels);

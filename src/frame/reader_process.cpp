@@ -11,6 +11,7 @@
 
 #include "effect/install_root.hpp"
 #include "error.hpp"
+#include "frame/image_file.hpp"
 #include "frame/reader_line.hpp"
 #include "frame/shared_image.hpp"
 
@@ -125,10 +126,11 @@ Pool& pool() {
     return readers;
 }
 
-double secondsFor(const std::string& path) {
+double secondsFor(const DecodeRequest& request) {
+    if (request.seconds) return *request.seconds;
     std::error_code none;
-    const uintmax_t bytes = std::filesystem::file_size(path, none);
-    return 30 + (none ? 0 : double(bytes) / (1 << 20));
+    const uintmax_t bytes = std::filesystem::file_size(request.path, none);
+    return raisedBy(request.maxPixels) * (30 + (none ? 0 : double(bytes) / (1 << 20)));
 }
 
 /// Descriptors that nobody has taken over yet.
@@ -167,7 +169,7 @@ Decoded unpack(const Message& answer, AdoptedImages& images) {
 }  // namespace
 
 Decoded decodeApart(const DecodeRequest& request) {
-    const double seconds = secondsFor(request.path);
+    const double seconds = secondsFor(request);
     auto reader = pool().take();
     Message question, answer;
     question.bytes = json::to_cbor(json{{"what", int(request.what)},
@@ -175,6 +177,7 @@ Decoded decodeApart(const DecodeRequest& request) {
                                         {"maxPixels", request.maxPixels},
                                         {"wantDepth", request.wantDepth},
                                         {"seconds", seconds},
+                                        {"memory", request.memory.value_or(0)},
                                         {"released", reader->images().released()}});
     if (!reader->ask(question, answer, seconds))
         failIo(request.path, ": is damaged: decoding it ", reader->end(),

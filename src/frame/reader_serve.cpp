@@ -32,16 +32,16 @@ rlim_t memoryInUse() {
 }
 
 /// For the next file. The kernel ends a process that takes more time, and refuses it more memory.
-void setLimits(const DecodeRequest& request, double seconds) {
+void setLimits(const DecodeRequest& request) {
     struct rusage used {};
     getrusage(RUSAGE_SELF, &used);
-    limit(RLIMIT_CPU, rlim_t(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + rlim_t(seconds) + 1);
+    limit(RLIMIT_CPU, rlim_t(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + rlim_t(*request.seconds) + 1);
     if (isSanitized) return;
     const rlim_t machine = rlim_t(sysconf(_SC_PHYS_PAGES)) * rlim_t(sysconf(_SC_PAGESIZE));
     const rlim_t stacks = rlim_t(cv::getNumThreads()) * (16 << 20);  // OpenCV's threads and OpenEXR's
-    const rlim_t wanted =
+    const rlim_t usual =
         (rlim_t(1) << 30) + stacks + rlim_t(std::min(request.maxPixels, size_t(1) << 40)) * 32;
-    limit(RLIMIT_DATA, memoryInUse() + std::min(machine, wanted));
+    limit(RLIMIT_DATA, memoryInUse() + std::min(machine, *request.memory ? *request.memory : usual));
 }
 
 /// In memory that can be handed over.
@@ -87,10 +87,14 @@ void serveDecoding(int line) {
         };
         try {
             const json asked = json::from_cbor(question.bytes);
-            request = {Decode(asked.at("what").get<int>()), asked.at("path"), asked.at("maxPixels"),
-                       asked.at("wantDepth")};
+            request = {Decode(asked.at("what").get<int>()),
+                       asked.at("path"),
+                       asked.at("maxPixels"),
+                       asked.at("wantDepth"),
+                       asked.at("seconds"),
+                       asked.at("memory")};
             for (const int buffer : asked.at("released")) SharedImages::ofThisProcess().takeBack(buffer);
-            setLimits(request, asked.at("seconds"));
+            setLimits(request);
             Decoded decoded = decodeHere(request);
             answer = packed(decoded);
         } catch (const Error& e) {

@@ -49,6 +49,8 @@ extern "C" __attribute__((visibility("default"))) void brumeReadImage(const std:
     }
     const OIIO::ImageSpec spec = in->spec();
     requireSize(path, spec.width, spec.height, maxPixels);
+    // Memory is taken for a whole tile, however small the image.
+    if (spec.tile_width) requireSize(path, spec.tile_width, spec.tile_height, maxPixels, "each of its tiles");
     if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth != 1)
         failIo(path, ": has ", spec.nchannels, " channels, not 1 to 4");
     if (std::string(in->format_name()) == "jpeg") requireEndOfJpeg(path);

@@ -7,6 +7,7 @@
 
 #include "frame/decode.hpp"
 #include "frame/read.hpp"
+#include "frame/reader_line.hpp"
 #include "frame/write.hpp"
 #include "frame_fixture.hpp"
 
@@ -128,6 +129,92 @@ TEST_F(ReaderProcess, OneThatDiesAtWorkIsASentenceAndTheNextFileIsRead) {
         sentence,
         path + ": is damaged: decoding it crashed (Killed), in a process apart, so nothing else is lost");
     EXPECT_EQ(decode(request).images.at(0).size(), cv::Size(320, 200));
+}
+
+/// A progressive JPEG of 4096 × 4096 grey pixels in so many passes over all of them, 40 bytes each.
+std::string jpegOfPasses(int count) {
+    using namespace std::string_literals;
+    const auto codeOf = [](char table, char symbol) {  // a table of one code, the bit 0
+        return "\xff\xc4\0\x14"s + table + '\1' + std::string(15, '\0') + symbol;
+    };
+    std::string bytes = "\xff\xd8\xff\xdb\0\x43\0"s + std::string(64, '\1') +
+                        "\xff\xc2\0\x0b\x08\x10\0\x10\0\1\1\x11\0"s + codeOf('\0', '\0') +
+                        codeOf('\x10', '\xe0') + "\xff\xda\0\x08\1\1\0\0\0\0"s +
+                        std::string(4096 * 4096 / 64 / 8, '\0');
+    for (int k = 0; k < count; ++k)  // "the next 16384 blocks hold nothing", 16 times
+        bytes += "\xff\xda\0\x08\1\1\0\1\x3f\0"s + std::string(30, '\0');
+    return bytes + "\xff\xd9"s;
+}
+
+/// A TIFF of 64 × 64 floats in one deflated tile of that size, whose bytes are none.
+std::string tiffOfTiles(uint32_t size) {
+    std::string entries;
+    int count = 0;
+    const auto add = [&](uint32_t tag, uint32_t value) {  // one number of 32 bits
+        for (const uint32_t word : {tag | 4 << 16, 1u, value})
+            for (int k = 0; k < 32; k += 8) entries += char(word >> k);
+        ++count;
+    };
+    const std::pair<uint32_t, uint32_t> values[] = {{256, 64},   {257, 64}, {258, 32},  {259, 8},
+                                                    {262, 1},    {277, 1},  {284, 1},   {322, size},
+                                                    {323, size}, {324, 8},  {325, 100}, {339, 3}};
+    for (const auto& [tag, value] : values) add(tag, value);
+    return std::string("II*\0\x08\0\0\0", 8) + char(count) + '\0' + entries + std::string(4, '\0');
+}
+
+TEST_F(ReaderProcess, OneThatComputesTooLongIsASentence) {
+    writeText("few.jpg", jpegOfPasses(1));
+    writeText("many.jpg", jpegOfPasses(20000));  // 800 kB, minutes
+    DecodeRequest request{Decode::Image, file("few.jpg"), size_t(1) << 24};
+    EXPECT_EQ(decode(request).images.at(0).size(), cv::Size(4096, 4096));
+    request.path = file("many.jpg");
+    request.seconds = 1;
+    EXPECT_EQ(sentenceOf(ErrorKind::Io, [&] { decode(request); }),
+              request.path +
+                  ": is damaged: decoding it took too long, in a process apart, so nothing else is lost");
+}
+
+TEST_F(ReaderProcess, OneThatHangsIsASentence) {
+    DecodeRequest request{Decode::Image, addImage("a.exr", {320, 200}, 1), manyPixels};
+    decode(request);
+    request.seconds = .05;  // by the clock 20 times that
+    kill(readers().at(0), SIGSTOP);
+    EXPECT_EQ(sentenceOf(ErrorKind::Io, [&] { decode(request); }),
+              request.path +
+                  ": is damaged: decoding it took too long, in a process apart, so nothing else is lost");
+    EXPECT_TRUE(readers().empty());
+    request.seconds.reset();
+    EXPECT_EQ(decode(request).images.at(0).size(), cv::Size(320, 200));
+}
+
+TEST_F(ReaderProcess, OneThatWantsTooMuchMemoryIsASentence) {
+    if (isSanitized) GTEST_SKIP() << "a sanitizer's own memory knows no limit";
+    // 32 MiB of coefficients in libjpeg, a tile of 64 MiB in OpenImageIO.
+    writeText("a.jpg", jpegOfPasses(1));
+    writeText("a.tif", tiffOfTiles(4096) + std::string(1000, '\0'));
+    const std::map<std::string, std::string> sentences = {
+        {".jpg", ": cannot be read: JPEG error: Insufficient memory"},
+        {".tif", ": needs more memory than the limit for its number of pixels"}};
+    for (const auto& [ending, sentence] : sentences) {
+        DecodeRequest request{Decode::Image, addImage("small" + ending, {40, 20}, 1), size_t(1) << 24};
+        decode(request);  // what it once loads and starts is not the file's
+        request.path = file("a" + ending);
+        request.memory = 1 << 20;
+        const std::string said = sentenceOf(ErrorKind::Io, [&] { decode(request); });
+        EXPECT_EQ(said.substr(0, said.find(" (")), request.path + sentence);
+    }
+}
+
+TEST_F(ReaderProcess, ATileIsNoLargerThanAnImageMayBe) {
+    DecodeRequest request{Decode::Image, file("a.tif"), size_t(1) << 24};
+    writeText("a.tif", tiffOfTiles(8192) + std::string(10000, '\0'));
+    EXPECT_EQ(
+        sentenceOf(ErrorKind::Io, [&] { decode(request); }),
+        request.path + ": each of its tiles declares 8192 × 8192 pixels, more than the limit of 16777216");
+    writeText("a.tif", tiffOfTiles(4096));
+    EXPECT_EQ(
+        sentenceOf(ErrorKind::Io, [&] { decode(request); }),
+        request.path + ": each of its tiles declares 4096 × 4096 pixels but the file holds only 158 bytes");
 }
 
 TEST_F(ReaderProcess, ThreadsHaveOneEach) {
