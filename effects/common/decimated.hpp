@@ -118,9 +118,9 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
     return whole.colRange(0, smallWidth);
 }
 
-/// What enlargeLine wants of the weights.
+/// What enlargeLine wants of the weights, and the three pixels that it reads beyond the last.
 inline std::vector<float> phaseGroups(int factor, std::span<const float> up) {
-    std::vector<float> groups(size_t(factor + 3) / 4 * 16 * enlargingTaps, 0.0f);
+    std::vector<float> groups(size_t(factor + 3) / 4 * 16 * enlargingTaps + 12, 0.0f);
     for (int phase = 0; phase < factor; phase++)
         for (int m = 0; m < enlargingTaps; m++)
             std::fill_n(groups.begin() + (phase / 4 * enlargingTaps + m) * 16 + phase % 4 * 4, 4,
