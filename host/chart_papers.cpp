@@ -29,13 +29,14 @@ void chartPapers(const ChartArguments& a) {
     size_t rows = 0, failed = 0;
     for (const auto& experiment : experiments) rows += experiment.rows.size();
     Progress progress(rows * frames.size() * runners.size());
-    const auto results = runPapers(experiments, frames, pointers, [&](const PaperResult& r) {
+    auto results = runPapers(experiments, frames, pointers, [&](const PaperResult& r) {
         if (!r.problem.empty()) progress.say(text(r.row, " on ", r.backend, ": ", r.problem));
         progress.step(failed += !r.problem.empty());
     });
     const std::string stem = (std::filesystem::path(a.output) / "papers").string();
+    writePictures(results, a.output);
     write(stem + ".csv", toCsv(results));
-    write(stem + ".html", papersPage(results));
+    write(stem + ".html", papersPage(results, a.output));
     std::cout << "The papers' experiments are in " << stem << ".html\n";
     if (failed) throw Error(ErrorKind::CheckFailed, text(failed, " of ", results.size(), " rows failed"));
 }

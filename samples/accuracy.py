@@ -48,6 +48,8 @@ def copies(r):
 
 def number(match):
     field, where = match.group(1), [part.strip() for part in match.group(2).split("|")]
+    if field in ("change", "shared"):
+        return short(paper_mean(paper_rows(), where[0], field))
     effect, case, label = where[0], where[1], where[2]
     for r in rows_of(effect):
         if r["case"] == case and r["label"] == label and r["backend"] in ("cpu", "peer"):
@@ -134,15 +136,39 @@ def summary():
     return table(["effect", "case", "method", "on", "§ms", "§frame copies", "§worst error"], lines)
 
 
-def papers():
+def photograph(source):
+    pictures.mkdir(parents=True, exist_ok=True)
+    target = pictures / f"{source.stem}.jpg"
+    subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", source, "-q:v", "2", target], check=True)
+    return f"pictures/accuracy/{target.name}"
+
+
+def shown(rows):
+    """Strips below each other; of pictures, those that the paper has and what they are compared with, side by side."""
+    if rows and rows[0]["moves"] == "1":
+        return [f"{r['row']}:\n\n![{r['row']}, animated]({photograph(charts / r['picture'])})" for r in rows]
+    rows = [r for r in rows if r["printed"] or r["row"] == r["against"]]
+    return [table([r["row"] for r in rows], [[f"![{r['row']}]({photograph(charts / r['picture'])})" for r in rows]])] if rows else []
+
+
+def paper_rows():
     with open(charts / "papers.csv", newline="") as file:
         rows = [r for r in csv.DictReader(file) if not r["problem"]]
-    out = []
     backend = "cpu" if any(r["backend"] == "cpu" for r in rows) else "gl"
-    rows = [r for r in rows if r["backend"] == backend]
+    return [r for r in rows if r["backend"] == backend]
+
+
+def paper_mean(rows, name, key):
+    values = [float(r[key]) for r in rows if r["row"] == name]
+    return sum(values) / len(values)
+
+
+def papers():
+    rows, out = paper_rows(), []
+    backend = rows[0]["backend"]
     for title in dict.fromkeys(r["title"] for r in rows):
         mine = [r for r in rows if r["title"] == title]
-        mean = lambda name, key: sum(float(r[key]) for r in mine if r["row"] == name) / sum(r["row"] == name for r in mine)
+        mean = lambda name, key: paper_mean(mine, name, key)
         first = mean(mine[0]["row"], "milliseconds")
         lines = []
         for name in dict.fromkeys(r["row"] for r in mine):
@@ -154,11 +180,15 @@ def papers():
                 else:
                     line += [short(max(float(r["worst"]) for r in mine if r["row"] == name)), short(mean(name, "rms")),
                              short(mean(name, "coarse_rms"))]
+            if mine[0]["moves"] == "1":
+                line += [short(mean(name, "change")), short(mean(name, "shared"))]
             lines.append(line)
         head = ["", "printed", f"§ms, {BACKENDS[backend]}", "§× first"]
         head += ["§worst", "§RMS", "§RMS of 16×16 means"] if mine[0]["against"] else []
+        head += ["§change a frame", "§moves with"] if mine[0]["moves"] == "1" else []
         against = f" Differences are from “{mine[0]['against']}”." if mine[0]["against"] else ""
         out.append(f"### {title}\n\n{mine[0]['paper']}: {mine[0]['measured']}.{against}\n\n{table(head, lines)}")
+        out += shown([r for r in mine if r["picture"]])
     return "\n\n".join(out)
 
 
@@ -186,7 +216,7 @@ def expand(line):
         return {"@effect": effect_table, "@chart": chart, "@map": error_map}[word](rest.strip())
     if word in ("@summary", "@papers", "@machine"):
         return {"@summary": summary, "@papers": papers, "@machine": machine}[word]()
-    return re.sub(r"\{(ms|copies|worst|rms|p999) ([^}]*)\}", number, line)
+    return re.sub(r"\{(ms|copies|worst|rms|p999|change|shared) ([^}]*)\}", number, line)
 
 
 text = "\n".join(expand(line) for line in template.read_text().splitlines()) + "\n"

@@ -20,7 +20,7 @@ const char* style = R"(<!doctype html>
 body { font: 15px/1.5 "DejaVu Sans", "Segoe UI", system-ui, sans-serif; color: #222; background: #fff; margin: 0 auto; max-width: 1020px; padding: 24px; }
 h1 { font-size: 26px; margin: 0 0 8px; } h2 { font-size: 21px; margin: 48px 0 8px; border-top: 1px solid #ddd; padding-top: 20px; } h3 { font-size: 16px; margin: 24px 0 6px; }
 p { max-width: 46em; } nav a { margin-right: 1em; } a { color: #0072b2; }
-img { max-width: 100%; height: auto; } .maps { display: flex; flex-wrap: wrap; gap: 10px; } .maps img { width: 330px; }
+img { max-width: 100%; height: auto; } .maps { display: flex; flex-wrap: wrap; gap: 10px; } .maps img { width: 330px; } figure { margin: 0 0 8px; } figcaption { font-size: 13px; color: #444; }
 table { border-collapse: collapse; font-size: 13.5px; margin: 8px 0; } th, td { padding: 3px 12px 3px 0; text-align: left; border-bottom: 1px solid #eee; } th { font-weight: 600; border-color: #999; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; } tr.frontier td { background: #f6f1e2; } .problem { color: #a33; } .grey { color: #666; }
 summary { cursor: pointer; color: #0072b2; margin: 8px 0; }
@@ -67,13 +67,6 @@ std::string bytesOf(const fs::path& path) {
     return in ? bytes.str() : "";
 }
 
-std::string picture(const fs::path& path, const std::string& alt) {
-    const std::string bytes = bytesOf(path);
-    if (bytes.empty()) return "";
-    const std::string type = path.extension() == ".svg" ? "image/svg+xml" : "image/png";
-    return "<img alt=\"" + escaped(alt) + "\" src=\"data:" + type + ";base64," + base64(bytes) + "\">\n";
-}
-
 std::string cell(const std::string& s, bool isNumber = true) {
     return text("<td", isNumber ? " class=\"n\"" : "", ">", escaped(s), "</td>");
 }
@@ -107,7 +100,7 @@ void writeEffect(std::ostream& out, const fs::path& folder, const std::vector<Ch
     const auto cases = casesOf(rows);
     const bool hasCases = cases.size() > 1 || !cases[0].empty();
     out << "<h2 id=\"" << escaped(effect) << "\">" << escaped(effect) << "</h2>\n"
-        << picture(folder / (effect + ".svg"), effect + ": worst error over time");
+        << embeddedPicture(folder / (effect + ".svg"), effect + ": worst error over time");
     if (std::none_of(rows.begin(), rows.end(), [](auto& r) { return r.hasError; }))
         out << "<p>This effect has no reference: it can be timed, not judged.</p>\n";
     std::vector<const ChartRow*> frontier, all;
@@ -136,7 +129,7 @@ void writeEffect(std::ostream& out, const fs::path& folder, const std::vector<Ch
                    "discontinuity decided by the last "
                    "bits.</p>\n<div class=\"maps\">\n";
         isFirst = false;
-        out << picture(folder / row.map, row.caseName + " " + row.label());
+        out << embeddedPicture(folder / row.map, row.caseName + " " + row.label());
     }
     if (!isFirst) out << "</div>\n";
 }
@@ -181,12 +174,19 @@ void writeStability(std::ostream& out, const fs::path& folder) {
            "<code>brume info "
            "EFFECT</code> lists them.</p>\n";
     for (const fs::path& path : pictures)
-        out << picture(path, path.stem().string()) << "<p><a download=\"" << escaped(path.stem().string())
-            << ".csv\" href=\"data:text/csv;base64,"
+        out << embeddedPicture(path, path.stem().string()) << "<p><a download=\""
+            << escaped(path.stem().string()) << ".csv\" href=\"data:text/csv;base64,"
             << base64(bytesOf(fs::path(path).replace_extension(".csv"))) << "\">as CSV</a></p>\n";
 }
 
 }  // namespace
+
+std::string embeddedPicture(const std::string& path, const std::string& alt) {
+    const std::string bytes = bytesOf(path);
+    if (bytes.empty()) return "";
+    const std::string type = path.ends_with(".svg") ? "image/svg+xml" : "image/png";
+    return "<img alt=\"" + escaped(alt) + "\" src=\"data:" + type + ";base64," + base64(bytes) + "\">\n";
+}
 
 std::string pageHead(const std::string& title) {
     return text(style, "\n<title>", escaped(title), "</title></head><body>\n");

@@ -32,6 +32,9 @@ std::string shortNumber(double value);
 /// What files of an effect's stability are called, without extension.
 inline std::string stabilityStem(const std::string& effect) { return "stability." + effect; }
 
+/// An <img> that holds the file, .svg or .png; nothing where it cannot be read.
+std::string embeddedPicture(const std::string& path, const std::string& alt);
+
 /// How every page of ours begins, up to <body>.
 std::string pageHead(const std::string& title);
 

@@ -28,9 +28,7 @@ Chain boundTo(const Chain& chain, const FramePair& frame, Backend backend) {
     return plannedWhole(withAirlight(withSidecar(chain, frame), frame), frame, backend);
 }
 
-cv::Mat measure(PaperResult& result, Runner& runner, const PaperExperiment::Row& row,
-                const FramePair& frame) {
-    const Chain chain = boundTo(row.chain, frame, runner.backend());
+cv::Mat measure(PaperResult& result, Runner& runner, const Chain& chain, const FramePair& frame) {
     const bool isGl = runner.backend() == Backend::Gl;
     cv::Mat image = runner.run(chain, frame, {}).images["color"].clone();  // compiles
     Timing timing;
@@ -88,6 +86,7 @@ std::vector<PaperResult> runPapers(const std::vector<PaperExperiment>& experimen
             for (Runner* runner : runners) {
                 const size_t first = results.size();
                 std::vector<cv::Mat> pictures;
+                std::vector<Chain> chains;
                 size_t against = size_t(-1);
                 for (const auto& row : experiment.rows) {
                     PaperResult result;
@@ -103,8 +102,12 @@ std::vector<PaperResult> runPapers(const std::vector<PaperExperiment>& experimen
                     const FramePair frame = resized(captured, row.size);
                     result.size = frame.size();
                     pictures.emplace_back();
+                    chains.emplace_back();
                     try {
-                        pictures.back() = measure(result, *runner, row, frame);
+                        chains.back() = boundTo(row.chain, frame, runner->backend());
+                        pictures.back() = measure(result, *runner, chains.back(), frame);
+                        if (experiment.isShown && &captured == &frames[0])
+                            result.shown = middleOf(pictures.back());
                         if (row.name == experiment.against) against = pictures.size() - 1;
                     } catch (const Error& e) {
                         result.problem = e.what();
@@ -119,6 +122,16 @@ std::vector<PaperResult> runPapers(const std::vector<PaperExperiment>& experimen
                     PaperResult& result = results[first + k];
                     result.worst = d[0], result.rms = d[1], result.coarse = d[2];
                     result.hasDifference = k != against;
+                }
+                if (!(experiment.seconds > 0)) continue;
+                const auto motions = measureMotion(chains, against, captured, *runner, experiment.seconds,
+                                                   int(24 * experiment.seconds) + 1);
+                for (size_t k = 0; k < motions.size(); k++) {
+                    PaperResult& result = results[first + k];
+                    result.change = motions[k].change;
+                    result.shared = motions[k].shared;
+                    result.hasMotion = true;
+                    if (&captured == &frames[0]) result.shown = motions[k].strip;
                 }
             }
     return results;

@@ -75,7 +75,7 @@ std::string escaped(const std::string& s) {
 // A row's mean over the frames, on one backend.
 struct Mean {
     const PaperResult* first = nullptr;
-    double milliseconds = 0, worst = 0, rms = 0, coarse = 0;
+    double milliseconds = 0, worst = 0, rms = 0, coarse = 0, change = 0, shared = 0;
     int count = 0;
 };
 
@@ -89,9 +89,13 @@ Mean meanOf(const std::vector<const PaperResult*>& results, const std::string& r
         mean.worst = std::max(mean.worst, r->worst);
         mean.rms += r->rms;
         mean.coarse += r->coarse;
+        mean.change += r->change;
+        mean.shared += r->shared;
         mean.count++;
     }
-    if (mean.count) mean.milliseconds /= mean.count, mean.rms /= mean.count, mean.coarse /= mean.count;
+    if (mean.count)
+        for (double* sum : {&mean.milliseconds, &mean.rms, &mean.coarse, &mean.change, &mean.shared})
+            *sum /= mean.count;
     return mean;
 }
 
@@ -113,11 +117,22 @@ std::vector<PaperExperiment> readPapers(const std::string& path, const EffectReg
     for (const json& object : all.value("experiments", json::array())) {
         PaperExperiment experiment;
         const std::string where = text(path, ": experiments[", experiments.size(), "]");
-        checkKeys(object, where, {"paper", "title", "measured", "against", "rows"});
+        checkKeys(object, where, {"paper", "title", "measured", "against", "seconds", "shown", "rows"});
         experiment.paper = word(object, "paper", where);
         experiment.title = word(object, "title", where);
         experiment.measured = word(object, "measured", where);
         experiment.against = word(object, "against", where);
+        if (object.contains("seconds")) {
+            if (!object["seconds"].is_number() || !(object["seconds"] > 0) || !(object["seconds"] <= 60))
+                failUsage(where, ": seconds must be a number above 0, at most 60");
+            if (experiment.against.empty())
+                failUsage(where, ": seconds needs against: motion of what is compared");
+            experiment.seconds = object["seconds"];
+        }
+        if (object.contains("shown")) {
+            if (!object["shown"].is_boolean()) failUsage(where, ": shown must be true or false");
+            experiment.isShown = object["shown"];
+        }
         std::vector<std::string> names;
         for (const json& row : object.value("rows", json::array())) {
             experiment.rows.push_back(readRow(row, text(where, ": rows[", names.size(), "]"), registry));
@@ -137,19 +152,20 @@ std::string toCsv(const std::vector<PaperResult>& results) {
     out.precision(9);
     out << "paper,title,measured,row,printed,against,backend,device,frame,width,height,milliseconds,quartile_"
            "low,"
-           "quartile_high,compared,worst,rms,coarse_rms,problem\n";
+           "quartile_high,compared,worst,rms,coarse_rms,moves,change,shared,picture,problem\n";
     for (const PaperResult& r : results) {
         for (const std::string* s : {&r.paper, &r.title, &r.measured, &r.row, &r.printed, &r.against,
                                      &r.backend, &r.device, &r.frame})
             out << field(*s) << ',';
         out << r.size.width << ',' << r.size.height << ',' << r.milliseconds << ',' << r.low << ',' << r.high
             << ',' << (r.hasDifference ? 1 : 0) << ',' << r.worst << ',' << r.rms << ',' << r.coarse << ','
+            << (r.hasMotion ? 1 : 0) << ',' << r.change << ',' << r.shared << ',' << field(r.picture) << ','
             << field(r.problem) << '\n';
     }
     return out.str();
 }
 
-std::string papersPage(const std::vector<PaperResult>& results) {
+std::string papersPage(const std::vector<PaperResult>& results, const std::string& folder) {
     std::ostringstream out;
     std::set<std::string> frames, backends;
     std::map<std::string, std::string> devices;
@@ -183,6 +199,8 @@ std::string papersPage(const std::vector<PaperResult>& results) {
         const bool isCompared = !mine[0]->against.empty();
         if (isCompared)
             out << "<th class=\"n\">worst</th><th class=\"n\">RMS</th><th class=\"n\">RMS of means</th>";
+        const bool moves = std::any_of(mine.begin(), mine.end(), [](auto* r) { return r->hasMotion; });
+        if (moves) out << "<th class=\"n\">change a frame</th><th class=\"n\">moves with</th>";
         out << "</tr>\n";
         std::vector<std::string> rows;
         for (const PaperResult* r : mine)
@@ -206,9 +224,29 @@ std::string papersPage(const std::vector<PaperResult>& results) {
                     << "</td>";
             else if (isCompared)
                 out << "<td colspan=\"3\" class=\"grey\">compared with this</td>";
+            if (moves && shown.count)
+                out << "<td class=\"n\">" << shortNumber(shown.change) << "</td><td class=\"n\">"
+                    << shortNumber(shown.shared) << "</td>";
             out << "</tr>\n";
         }
         out << "</table>\n";
+        if (moves)
+            out << "<p><i>Change a frame</i> is what changes from one frame to the next at 24 a second, root "
+                   "mean "
+                   "square; <i>moves with</i> how much of it goes with the changes of “"
+                << escaped(mine[0]->against)
+                << "” (the correlation). Below: opacity at the start, the middle and the end, then one line "
+                   "of the "
+                   "picture from the start (top) to the end, where what moves evenly draws slanted "
+                   "streaks.</p>\n";
+        if (std::any_of(mine.begin(), mine.end(), [](auto* r) { return !r->picture.empty(); })) {
+            out << "<div class=\"" << (moves ? "strips" : "maps") << "\">\n";
+            for (const PaperResult* r : mine)
+                if (!r->picture.empty())
+                    out << "<figure>" << embeddedPicture(folder + "/" + r->picture, r->row) << "<figcaption>"
+                        << escaped(r->row) << ", " << r->backend << "</figcaption></figure>\n";
+            out << "</div>\n";
+        }
     }
     out << "</body></html>\n";
     return out.str();

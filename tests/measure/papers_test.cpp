@@ -65,7 +65,7 @@ TEST(PictureDifference, BandsSurviveTheMeanAndNoiseDoesNot) {
 
 TEST_F(Papers, ShippedExperimentsAreReadAndNameWhatExists) {
     const auto experiments = readPapers(shippedPapers(), EffectRegistry::standard());
-    EXPECT_EQ(experiments.size(), 7u);
+    EXPECT_EQ(experiments.size(), 8u);
     for (const auto& e : experiments) {
         EXPECT_FALSE(e.paper.empty() || e.title.empty() || e.measured.empty());
         EXPECT_GE(e.rows.size(), 3u) << e.title;
@@ -98,10 +98,87 @@ TEST_F(Papers, RowsAreComparedWithTheOneNamed) {
         EXPECT_EQ(r.problem, "");
         EXPECT_GT(r.milliseconds, 0);
     }
-    const std::string page = papersPage(results);
+    const std::string page = papersPage(results, folder_);
     for (const char* part : {"<h2>T</h2>", "5 ms", "compared with this", "street"})
         EXPECT_NE(page.find(part), std::string::npos) << part;
     EXPECT_NE(toCsv(results).find("\"thick\",\"5 ms\",\"thin\",\"cpu\""), std::string::npos);
+}
+
+// Lighter by 8 steps of 255 a second, or darker, or still.
+struct Pulse {
+    float steps = 0;
+};
+Chain pulse(float steps) {
+    auto effect = std::make_shared<Effect>();
+    effect->header =
+        parseHeader("pulse.fs", R"(/*{"SPACE": "linear", "POINTWISE": true, "WRITES": ["transmittance"],
+        "INPUTS": [{"NAME": "inputImage", "TYPE": "image"}, {"NAME": "steps", "TYPE": "float", "DEFAULT": 0, "MIN": -100}],
+        "DERIVED": [{"NAME": "value", "TYPE": "float", "FROM": ["time", "steps"]}]}*/)");
+    effect->header.name = "pulse";
+    effect->plugin = std::make_shared<EffectOf<Pulse>>(
+        EffectOf<Pulse>()
+            .bind("steps", &Pulse::steps)
+            .derive("value",
+                    [](const Pulse& p, const DeriveContext& c) {
+                        return std::vector<double>{srgbDecode((100 + double(p.steps) * c.time) / 255)};
+                    })
+            .rows([](const Pulse&, const CpuContext& c, cv::Range rows) {
+                const float value = c.derived("value")[0];
+                cv::Mat out = c.output, through = c.transmittance;
+                for (int j = rows.start; j < rows.end; j++)
+                    for (int i = 0; i < out.cols; i++) {
+                        out.at<cv::Vec4f>(j, i) = {value, value, value, 1};
+                        if (!through.empty()) through.at<cv::Vec4f>(j, i) = cv::Vec4f(.25f, .25f, .25f, 1);
+                    }
+            }));
+    Step step;
+    step.effect = effect;
+    step.id = std::to_string(steps);
+    step.values = defaultValues(effect->header.parameters);
+    step.values.at("steps").numbers = {double(steps)};
+    Chain chain;
+    chain.steps = {step};
+    return chain;
+}
+
+TEST(PaperMotion, IsWhatChangesAndWhetherTogether) {
+    auto runner = makeCpuRunner();
+    FramePair frame = benchFrames({30, 20})[0];
+    const auto motions = measureMotion({pulse(8), pulse(-4), pulse(0)}, 0, frame, *runner, 2, 5);
+    ASSERT_EQ(motions.size(), 3u);
+    EXPECT_NEAR(motions[0].change, 4, 1e-3);  // half a second apart
+    EXPECT_NEAR(motions[1].change, 2, 1e-3);
+    EXPECT_EQ(motions[2].change, 0);
+    EXPECT_NEAR(motions[0].shared, 1, 1e-9);
+    EXPECT_NEAR(motions[1].shared, -1, 1e-4);
+    EXPECT_EQ(motions[2].shared, 0);
+    for (const auto& m : motions) {
+        ASSERT_EQ(m.strip.size(), cv::Size(4 * 300 + 3 * 6, 200));
+        EXPECT_EQ(m.strip.at<uchar>(100, 150), 191) << "a transmittance of a quarter";
+        EXPECT_EQ(m.strip.at<uchar>(100, 1150), 191);
+        EXPECT_EQ(m.strip.at<uchar>(100, 303), 255) << "between the pictures";
+    }
+}
+
+TEST_F(Papers, AnAnimationIsComparedAndShown) {
+    const std::string path = write(
+        "p.json",
+        R"({"experiments": [{"paper": "P", "title": "T", "measured": "M", "against": "still", "seconds": 0.25,
+        "rows": [{"name": "drifts", "effects": [{"effect": "noise_fog", "wind": [9, 0, 0]}]},
+                 {"name": "still", "effects": [{"effect": "noise_fog"}]}]}]})");
+    auto runner = makeCpuRunner();
+    auto results =
+        runPapers(readPapers(path, EffectRegistry::standard()), {benchFrames({32, 18})[0]}, {runner.get()});
+    ASSERT_EQ(results.size(), 2u);
+    EXPECT_TRUE(results[0].hasMotion);
+    EXPECT_GT(results[0].change, 0);
+    EXPECT_EQ(results[1].change, 0);
+    writePictures(results, folder_);
+    EXPECT_EQ(results[1].picture, "papers.2.png");
+    EXPECT_GT(fs::file_size(folder_ + "/papers.2.png"), 100u);
+    const std::string page = papersPage(results, folder_);
+    for (const char* part : {"moves with", "data:image/png;base64,", "drifts, cpu"})
+        EXPECT_NE(page.find(part), std::string::npos) << part;
 }
 
 TEST_F(Papers, MistakesNameThePlace) {
@@ -117,6 +194,9 @@ TEST_F(Papers, MistakesNameThePlace) {
         std::string::npos);
     EXPECT_NE(of(R"({"experiments": [{"against": "b", "rows": [{"name": "a", "preset": "haze_5km"}]}]})")
                   .find("no row 'b'"),
+              std::string::npos);
+    EXPECT_NE(of(R"({"experiments": [{"seconds": 2}]})").find("seconds needs against"), std::string::npos);
+    EXPECT_NE(of(R"({"experiments": [{"seconds": "2"}]})").find("seconds must be a number"),
               std::string::npos);
     EXPECT_NE(mistake([] { readPapers("missing.json", EffectRegistry::standard()); }).find("missing.json"),
               std::string::npos);
