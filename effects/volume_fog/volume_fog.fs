@@ -123,11 +123,11 @@
     "p2 mixes lights instead of adding them, and darkens thin fog: it multiplies colour by opacity twice"
   ],
   "STABILITY": [
-    {"NAME": "lamp near the ray", "STRESS": {"NAME": "distance of the lamp from the ray", "UNIT": "m", "RANGE": [1e-6, 10], "PER_DECADE": 1},
+    {"NAME": "lamp near the ray", "STRESS": {"NAME": "distance of the lamp from the ray", "UNIT": "m", "RANGE": [1e-6, 10], "PER_DECADE": 1, "VALUES": [0]},
      "FRAME": {"WIDTH": 5, "HEIGHT": 3, "VIEW": 20, "DEPTH": 40}, "SET": {"density": 0.02, "sun_intensity": 0, "steps": 64, "point_lights": [{"position": ["$stress", 1.6, -20], "color": [0.05, 0.02, 0.1], "attenuation": [0, 0, 1]}]},
      "METHODS": ["left", "midpoint", "gauss_legendre", "jittered", "equiangular"], "AUTO": ["method", "steps"],
      "HOLDS": {"left": [1, 10], "midpoint": [1, 10], "gauss_legendre": [0.1, 10], "jittered": [1, 10]}},
-    {"NAME": "lamp near the eye", "STRESS": {"NAME": "distance of the lamp from the eye", "UNIT": "m", "RANGE": [1e-6, 10], "PER_DECADE": 1},
+    {"NAME": "lamp near the eye", "STRESS": {"NAME": "distance of the lamp from the eye", "UNIT": "m", "RANGE": [1e-6, 10], "PER_DECADE": 1, "VALUES": [0]},
      "FRAME": {"WIDTH": 5, "HEIGHT": 3, "VIEW": 20, "DEPTH": 40}, "SET": {"density": 0.02, "sun_intensity": 0, "steps": 64, "point_lights": [{"position": [0, "1.6 + $stress", 0], "color": [0.05, 0.02, 0.1], "attenuation": [0, 0, 1]}]},
      "METHODS": ["midpoint", "gauss_legendre", "equiangular"], "AUTO": ["method", "steps"],
      "HOLDS": {"midpoint": [1, 10], "gauss_legendre": [0.1, 10]}},

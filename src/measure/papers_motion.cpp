@@ -67,8 +67,8 @@ cv::Mat stripOf(const std::vector<cv::Mat>& frames, int row) {
 
 }  // namespace
 
-std::vector<PaperMotion> measureMotion(const std::vector<Chain>& chains, size_t against, const FramePair& frame,
-                                       Runner& runner, double seconds, int count) {
+std::vector<PaperMotion> measureMotion(const std::vector<Chain>& chains, size_t against,
+                                       const FramePair& frame, Runner& runner, double seconds, int count) {
     CV_Assert(against < chains.size() && count >= 2);
     std::vector<cv::Mat> before(chains.size());
     std::vector<std::vector<cv::Mat>> opacities(chains.size());

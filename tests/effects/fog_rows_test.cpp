@@ -37,7 +37,8 @@ TEST(FogRows, PastTheCachesAreTheSameBits) {
          {R"({"effect": "height_fog"})",
           R"({"effect": "height_fog", "tint": [1, 0.5, 0.2], "density2": 0.01, "tint2": [0.2, 0.5, 1]})",
           R"({"effect": "depth_fog", "sun": "power", "tint": [1, 0.5, 0.2]})",
-          R"({"effect": "depth_fog", "mixing": "encoded"})", R"({"effect": "noise_fog", "where": "at the surface"})"}) {
+          R"({"effect": "depth_fog", "mixing": "encoded"})",
+          R"({"effect": "noise_fog", "where": "at the surface"})"}) {
         const cv::Mat whole = writtenBy(frame, step, frame.color.rows), parts = writtenBy(frame, step, 4);
         EXPECT_EQ(std::memcmp(whole.data, parts.data, whole.total() * whole.elemSize()), 0) << step;
         EXPECT_GT(apart(whole.rowRange(0, 8), frame.color.rowRange(0, 8)), .01) << step;

@@ -43,6 +43,8 @@ const std::vector<Required> required = {
     {"depth_fog", "optical depth", 1e-9, 1000, {"exponential", "exponential squared"}, {}},
     {"height_fog", "optical depth", 1e-9, 1000, {"closed form", "auto"}, {}},
     {"noise_fog", "optical depth", 1e-9, 1000, {"procedural", "auto"}, {}},
+    {"noise_fog", "optical depth along the ray", 1e-9, 1000, {"procedural", "baked", "auto"}, {}},
+    {"noise_fog", "optical depth of the product", 1e-9, 1000, {"product"}, {}},
     {"volume_fog", "optical depth", 1e-9, 1000, {"auto"}, {}},
     {"light_detect", "attenuation", 1e-9, 1000, {"encoded"}, {}},
     // steps against box edges
@@ -52,8 +54,8 @@ const std::vector<Required> required = {
     {"volume_fog", "thin box", 1e-4, 10, {"auto"}, {}},
     {"volume_fog", "ray along a face", -1e-3, 1e-3, {"auto"}, {}},
     // the distance of a light → 0
-    {"volume_fog", "lamp near the ray", 1e-6, 10, {"equiangular", "auto"}, {}},
-    {"volume_fog", "lamp near the eye", 1e-6, 10, {"equiangular", "auto"}, {}},
+    {"volume_fog", "lamp near the ray", 0, 10, {"equiangular", "auto"}, {}},
+    {"volume_fog", "lamp near the eye", 0, 10, {"equiangular", "auto"}, {}},
     // exponents
     {"depth_fog", "power exponent", .05, 16, {"power"}, {-1, 0, 20}},
     {"depth_fog", "sun exponent", .05, 256, {"sun ahead", "sun overhead", "sun behind"}, {-1, 0, 300}},
@@ -61,6 +63,13 @@ const std::vector<Required> required = {
     {"depth_fog", "just behind the start", 1, 1e5, {"exponential", "power 1", "power 0.55"}, {}},
     {"depth_fog", "just behind the start", 100, 1e5, {"power 0.25", "power 0.05"}, {}},
     {"noise_fog", "power exponent", .05, 16, {"power"}, {-1, 0, 20}},
+    {"noise_fog",
+     "sun exponent",
+     .05,
+     256,
+     {"sun ahead", "sun overhead", "sun behind", "offset"},
+     {-1, 0, 300}},
+    {"fog_blur", "falloff", .25, 8, {"gather", "auto"}, {-1, 0, 9}},
     {"light_detect", "curve", .25, 8, {"encoded", "linear"}, {-1, 0, 9}},
     // bits of depth, reversed or not, with and without a far plane
     {"depth_fog",
