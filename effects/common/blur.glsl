@@ -1,5 +1,5 @@
 // Separable blurs; twin of blur_cpu.hpp. Include after kit/image.glsl. Edges replicate.
-// The effect's DERIVED declares: taps, reach (FIR); factor, prefilter, smallTaps, smallReach, enlarging (decimated).
+// The effect's DERIVED declares: taps, reach (FIR); factor, prefilterReach, prefilter, smallTaps, smallReach, enlarging (decimated).
 
 // One bad pixel must not spread over a whole blur.
 float finite(float x) { return isNan(x) ? 0.0 : (isInf(x) ? (x > 0.0 ? 65504.0 : -65504.0) : x); }
@@ -22,9 +22,8 @@ vec4 fir(sampler2D image, ivec2 p, ivec2 along) {
 const int smallMargin = 5;
 vec4 decimated(sampler2D image, ivec2 p, ivec2 along) {
     ivec2 center = p + along * ((factor - 1) * (p - smallMargin) - smallMargin);
-    int count = 4 * factor;
     vec4 sum = prefilter[0] * finiteFetch(image, center);
-    for (int t = 1; t <= count; t++)
+    for (int t = 1; t <= prefilterReach; t++)
         sum += prefilter[t] * (finiteFetch(image, center - t * along) + finiteFetch(image, center + t * along));
     return sum;
 }
@@ -37,7 +36,7 @@ vec4 smallFir(sampler2D image, ivec2 p, ivec2 along) {
     return sum;
 }
 
-// 4. Back up by a quintic B-spline: six numbers of enlarging a phase weigh small pixels -2 to 3.
+// 4. Back up: six numbers of enlarging a phase weigh small pixels -2 to 3.
 vec4 enlarged(sampler2D image, ivec2 p, ivec2 along) {
     int place = p.x * along.x + p.y * along.y, w = 6 * (place % factor);
     ivec2 small0 = p + along * (place / factor + smallMargin - place);

@@ -61,6 +61,10 @@ inline int besselFactor(double radius, double tolerance) {
     return std::clamp(int(radius / (tolerance < 1e-3 ? 8 : 3.3)), 1, largestFactor);
 }
 
+inline Decimation besselDecimation(double radius, double tolerance) {
+    return boxDecimation(besselFactor(radius, tolerance), 6);
+}
+
 inline int besselSmallReach(double radius, double tolerance) {
     int factor = besselFactor(radius, tolerance);
     if (factor > 1) tolerance = std::min(tolerance, 1e-3) / 4;
@@ -70,7 +74,7 @@ inline Half besselSmallTaps(double radius, double tolerance) {
     int factor = besselFactor(radius, tolerance);
     if (factor == 1) return besselTaps(radius, tolerance);
     Exponentials e = besselExponentials(radius);
-    return smallTaps(factor, besselSmallReach(radius, tolerance),
+    return smallTaps(besselDecimation(radius, tolerance), besselSmallReach(radius, tolerance),
                      [&](double theta) { return e.response(theta); });
 }
 

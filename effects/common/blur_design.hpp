@@ -42,66 +42,81 @@ inline double response(const Half& half, double theta) {
     return sum;
 }
 
-/// The quintic B-spline: a box of width 1, six of which in a row.
-inline double bSpline(double x) {
-    const double binomial[] = {1, -6, 15, -20, 15, -6, 1};
-    double sum = 0,
-           from = 3 - std::abs(x);  // by truncated powers; few are not 0, counted from the nearer end
-    for (int n = 0; n <= 6 && from > n; n++) sum += binomial[n] * std::pow(from - n, 5);
-    return sum / 120;
-}
+// A decimated blur: a prefilter, every factor-th pixel, a small FIR, and back up.
 
-// A decimated blur: `prefilter`, every factor-th pixel, a small FIR, quintic B-spline up. (A cubic one lets
-// through so much of the small image's repeated spectrum that 1e-4 would take twice as large a small image.)
-
-/// Small pixels on each side beyond the first and last that lie within the image: one more than the prefilter
+/// Small pixels on each side beyond the first and last that lie within the image: one more than a prefilter
 /// reaches, so that the outermost hold nothing but the replicated edge.
 constexpr int smallMargin = 5;
 inline int smallLength(int length, int factor) { return (length - 1) / factor + 1 + 2 * smallMargin; }
 
-/// The Gaussian before decimation, in small px: its standard deviation, and its reach, beyond which it weighs
-/// 3e-6. A factor of 1 decimates nothing.
-constexpr double prefilterDeviation = .86;
-constexpr int prefilterReach = 4;
-inline Half prefilterTaps(int factor) {
-    return factor == 1 ? Half{1, 0, 0, 0, 0}
-                       : gaussianTaps(prefilterDeviation * factor, prefilterReach * factor);
-}
-
 /// Small pixels that make one of the enlarged image, from -2 to 3.
 constexpr int enlargingTaps = 6;
-/// [phase][6]: weights of small pixels -2 to 3 for the pixel `phase` px to the right of small pixel 0.
-inline std::vector<double> enlargingWeights(int factor) {
-    if (factor == 1) return {0, 0, 1, 0, 0, 0};
-    std::vector<double> weights;
-    for (int phase = 0; phase < factor; phase++)
-        for (int m = -2; m <= 3; m++) weights.push_back(bSpline(double(phase) / factor - m));
-    return weights;
+
+/// Both half kernels in px of the large image; prefilter reaches at most 4·factor, enlarging (sum factor: of
+/// one small pixel) less than 3·factor. A factor of 1 decimates nothing.
+struct Decimation {
+    int factor = 1;
+    Half prefilter = {1}, enlarging = {1};
+
+    /// What the small FIR's variance is, in squared small px, where the whole blur's is `variance`.
+    double smallVariance(double variance) const {
+        auto own = [&](const Half& half) {
+            double sum = 0, moment = 0;
+            for (size_t t = 0; t < half.size(); t++) {
+                sum += (t ? 2 : 1) * half[t], moment += 2 * half[t] * double(t * t);
+            }
+            return moment / sum / (factor * factor);
+        };
+        return std::max(.1, variance - own(prefilter) - own(enlarging));
+    }
+};
+
+/// `order` boxes of `factor` px in a row, before and after. The spectrum that every factor-th pixel folds
+/// onto low frequencies then has a zero of that order there, and a polynomial of lower degree comes back from
+/// the small image whole. (One with fewer taps than a Gaussian as good.)
+inline Decimation boxDecimation(int factor, int order) {
+    Decimation d;
+    d.factor = factor;
+    if (factor == 1) return d;
+    Half whole = {1};
+    for (int n = 0; n < order; n++) {
+        Half longer(whole.size() + factor - 1, 0);
+        for (size_t t = 0; t < whole.size(); t++)
+            for (int k = 0; k < factor; k++) longer[t + k] += whole[t] / factor;
+        whole = longer;
+    }
+    d.prefilter.assign(whole.begin() + ptrdiff_t(whole.size() / 2), whole.end());
+    for (double w : d.prefilter) d.enlarging.push_back(w * factor);
+    d.enlarging.erase(d.enlarging.begin());
+    return d;
 }
 
-/// What the small FIR's variance is, in squared small px, where the whole blur's is `variance`: the prefilter
-/// and the spline (6/12) have theirs.
-inline double smallVariance(double variance) {
-    return std::max(.1, variance - prefilterDeviation * prefilterDeviation - .5);
+/// [phase][6]: weights of small pixels -2 to 3 for the pixel `phase` px to the right of small pixel 0.
+inline std::vector<double> enlargingWeights(const Decimation& d) {
+    std::vector<double> weights;
+    for (int phase = 0; phase < d.factor; phase++)
+        for (int m = -2; m <= 3; m++) {
+            size_t distance = size_t(std::abs(phase - m * d.factor));
+            weights.push_back(distance < d.enlarging.size() ? d.enlarging[distance] : 0.);
+        }
+    return weights;
 }
 
 /// The FIR on the small image. `target(theta)` is the spectrum of the blur wanted, theta in radians a px of
 /// the large image. It is the least-squares one over all positions of an impulse between small pixels: S = Σ
-/// T·P·B / (Σ P²·Σ B²), sums over the aliases of each small frequency, P the prefilter, B the B-spline.
+/// T·P·E / (Σ P²·Σ E²), sums over the aliases of each small frequency, P the prefilter, E the enlarging.
 template <class Target>
-Half smallTaps(int factor, int reach, Target target) {
-    Half prefilter = prefilterTaps(factor), spline(3 * factor), small(reach + 1, 0);
-    for (int t = 0; t < 3 * factor; t++) spline[t] = bSpline(double(t) / factor);
-    spline = normalised(spline);
+Half smallTaps(const Decimation& d, int reach, Target target) {
+    Half enlarging = normalised(d.enlarging), small(reach + 1, 0);
     int frequencies = std::max(64, 4 * reach);  // of the half circle: more than the FIR can tell apart
     for (int n = 0; n <= frequencies; n++) {
-        double omega = std::numbers::pi * n / frequencies, wanted = 0, p2 = 0, b2 = 0;
-        for (int alias = 0; alias < factor; alias++) {
-            double theta = (omega + 2 * std::numbers::pi * alias) / factor;
-            double p = response(prefilter, theta), b = response(spline, theta);
-            wanted += target(theta) * p * b, p2 += p * p, b2 += b * b;
+        double omega = std::numbers::pi * n / frequencies, wanted = 0, p2 = 0, e2 = 0;
+        for (int alias = 0; alias < d.factor; alias++) {
+            double theta = (omega + 2 * std::numbers::pi * alias) / d.factor;
+            double p = response(d.prefilter, theta), e = response(enlarging, theta);
+            wanted += target(theta) * p * e, p2 += p * p, e2 += e * e;
         }
-        double s = wanted / (p2 * b2), weight = n == 0 || n == frequencies ? .5 : 1;
+        double s = wanted / (p2 * e2), weight = n == 0 || n == frequencies ? .5 : 1;
         for (int t = 0; t <= reach; t++) small[t] += weight * s * std::cos(omega * t) / frequencies;
     }
     return normalised(small);

@@ -40,24 +40,41 @@ inline Half pascalTaps(double sigma, double tolerance) {
     return normalised(half);
 }
 
-/// σ per small pixel, such that the error of a separable pair is at most `tolerance` at 1e-3, 1e-4 and 1e-5
-/// (measured over all positions of an impulse, and tested: 3.5e-4, 9e-5, 1e-5); between them the finer;
-/// below, 2.5e-6.
+/// The coarsest decimation whose error, of a separable pair, is at most `tolerance` at 1e-3, 1e-4 and 1e-5;
+/// between them the finer; below, under 1e-6. Small factors have room for more boxes, which let a small pixel
+/// be larger: so each factor has its least σ per small pixel (measured over all positions of an impulse, and
+/// tested).
+inline Decimation gaussianDecimation(double sigma, double tolerance) {
+    struct Way {
+        int order;
+        double leastSigma;
+    };
+    // Factors 2, 3, and from 4 on.
+    constexpr Way ways[4][3] = {{{6, 1.47}, {6, 1.47}, {6, 1.55}},
+                                {{8, 1.7}, {8, 1.7}, {6, 1.85}},
+                                {{10, 1.9}, {8, 2}, {6, 2.5}},
+                                {{10, 2.5}, {8, 2.5}, {6, 4}}};
+    const auto& way = ways[tolerance < .99e-5 ? 3 : tolerance < .99e-4 ? 2 : tolerance < .99e-3 ? 1 : 0];
+    for (int factor = largestFactor; factor > 1; factor--)
+        if (const Way& w = way[std::min(factor, 4) - 2]; sigma >= w.leastSigma * factor)
+            return boxDecimation(factor, w.order);
+    return {};
+}
 inline int gaussianFactor(double sigma, double tolerance) {
-    double ratio = tolerance < .99e-5 ? 4 : tolerance < .99e-4 ? 2.5 : tolerance < .99e-3 ? 1.7 : 1.6;
-    return std::clamp(int(sigma / ratio), 1, largestFactor);
+    return gaussianDecimation(sigma, tolerance).factor;
 }
 
 inline int gaussianSmallReach(double sigma, double tolerance) {
-    int factor = gaussianFactor(sigma, tolerance);
-    if (factor == 1) return gaussianReach(sigma, tolerance);
-    double left = std::sqrt(smallVariance(std::pow(sigma / factor, 2)));
-    return std::max(1, gaussianReach(left, std::clamp(tolerance, 1e-6, 2.5e-4)));
+    const Decimation d = gaussianDecimation(sigma, tolerance);
+    if (d.factor == 1) return gaussianReach(sigma, tolerance);
+    double left = std::sqrt(d.smallVariance(std::pow(sigma / d.factor, 2)));
+    return std::max(1, gaussianReach(left, std::clamp(.7 * tolerance, 7e-7, 2.5e-4)));
 }
 inline Half gaussianSmallTaps(double sigma, double tolerance) {
-    int factor = gaussianFactor(sigma, tolerance), reach = gaussianSmallReach(sigma, tolerance);
-    if (factor == 1) return gaussianTaps(sigma, reach);
-    return smallTaps(factor, reach, [&](double theta) {
+    const Decimation d = gaussianDecimation(sigma, tolerance);
+    int reach = gaussianSmallReach(sigma, tolerance);
+    if (d.factor == 1) return gaussianTaps(sigma, reach);
+    return smallTaps(d, reach, [&](double theta) {
         theta = std::remainder(theta, 2 * std::numbers::pi);
         return std::exp(-.5 * sigma * sigma * theta * theta);
     });

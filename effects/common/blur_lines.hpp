@@ -55,30 +55,41 @@ static inline void filterReplicated(float* result, int floats, float* padded, co
     filter(padded);
 }
 
-// Sums of rows, as a decimation in the other direction takes them: sums[s] += Σ weights[s][k]·rows[k], the
-// rows of one block. A sum that isFresh begins with it. In short stretches, so that rows stay in the first
-// cache while all sums take them; meanwhile the rows' next stretch is asked for.
+// Sums of rows, as a decimation in the other direction takes them: sum += Σ weights[k]·rows[k], the rows
+// first to first + count - 1 of one block. A sum that isFresh begins with it. In short stretches, so that
+// rows stay in the first cache while all sums take them; meanwhile the rows' next stretch is asked for.
 constexpr int blockRows = 8;
 struct BlockSum {
     float* sum;
     float weights[blockRows];
     bool isFresh;
+    int first, count;
 };
-template <bool isFresh, class Vector>
-BRUME_INLINE void addBlock(const BlockSum& s, const float* const (&rows)[blockRows], int i) {
-    auto term = [&](int k) { return *(const Vector*)(rows[k] + i) * s.weights[k]; };
+template <int count, bool isFresh, class Vector>
+BRUME_INLINE void addBlock(float* sum, const float* const (&rows)[count], const float (&weights)[count],
+                           int i) {
+    auto term = [&](int k) { return *(const Vector*)(rows[k] + i) * weights[k]; };
     Vector x = term(0);
-    if constexpr (!isFresh) x = *(const Vector*)(s.sum + i) + x;
-    for (int k = 1; k < blockRows; k++) x = x + term(k);
-    *(Vector*)(s.sum + i) = x;
+    if constexpr (!isFresh) x = *(const Vector*)(sum + i) + x;
+    for (int k = 1; k < count; k++) x = x + term(k);
+    *(Vector*)(sum + i) = x;
 }
-template <bool isFresh>
-BRUME_INLINE void addStretch(const BlockSum& given, const float* const (&rows)[blockRows], int from,
-                             int end) {
-    const BlockSum s = given;
+template <int count, bool isFresh>
+BRUME_INLINE void addStretch(const BlockSum& s, const float* const* blockOf, int from, int end) {
+    const float* rows[count];
+    float weights[count];
+    for (int k = 0; k < count; k++) rows[k] = blockOf[s.first + k], weights[k] = s.weights[s.first + k];
+    float* sum = s.sum;
     int i = from;
-    for (; i + 16 <= end; i += 16) addBlock<isFresh, Four>(s, rows, i);
-    for (; i < end; i += 4) addBlock<isFresh, One>(s, rows, i);
+    for (; i + 16 <= end; i += 16) addBlock<count, isFresh, Four>(sum, rows, weights, i);
+    for (; i < end; i += 4) addBlock<count, isFresh, One>(sum, rows, weights, i);
+}
+template <int count>
+BRUME_INLINE void addAsMany(const BlockSum& s, const float* const* rows, int from, int end) {
+    if (s.isFresh)
+        addStretch<count, true>(s, rows, from, end);
+    else
+        addStretch<count, false>(s, rows, from, end);
 }
 BRUME_VECTORISE static void addBlocks(const BlockSum* sums, int sumCount, const float* const* blockOf,
                                       int floats) {
@@ -90,10 +101,31 @@ BRUME_VECTORISE static void addBlocks(const BlockSum* sums, int sumCount, const 
         for (int s = 0, line = 0; s < sumCount; s++) {
             for (; line < lines * (s + 1) / sumCount; line++)
                 __builtin_prefetch(rows[line % blockRows] + from + 2 * stretch + line / blockRows * 16);
-            if (sums[s].isFresh)
-                addStretch<true>(sums[s], rows, from, end);
-            else
-                addStretch<false>(sums[s], rows, from, end);
+            switch (sums[s].count) {
+                case 1:
+                    addAsMany<1>(sums[s], rows, from, end);
+                    break;
+                case 2:
+                    addAsMany<2>(sums[s], rows, from, end);
+                    break;
+                case 3:
+                    addAsMany<3>(sums[s], rows, from, end);
+                    break;
+                case 4:
+                    addAsMany<4>(sums[s], rows, from, end);
+                    break;
+                case 5:
+                    addAsMany<5>(sums[s], rows, from, end);
+                    break;
+                case 6:
+                    addAsMany<6>(sums[s], rows, from, end);
+                    break;
+                case 7:
+                    addAsMany<7>(sums[s], rows, from, end);
+                    break;
+                default:
+                    addAsMany<8>(sums[s], rows, from, end);
+            }
         }
     }
 }
@@ -148,26 +180,37 @@ BRUME_INLINE Four fourTimes(const float* pixel) {
     Four a = *(const Four*)pixel;
     return __builtin_shufflevector(a, a, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
 }
+// Twice as many pixels: those in the place of a small one from five, those between from `near` on each side.
+template <int near>
+BRUME_INLINE void doubleLine(float* out, const float* line, const float* phases, int width) {
+    Four even[6], odd[6];
+    for (int m = 0; m < 6; m++) {
+        even[m] = fourTimes(phases + 16 * m);
+        odd[m] = fourTimes(phases + 16 * m + 4);
+    }
+    for (int j = 0; 2 * j < width; j += 4) {
+        Four s[6];
+        for (int m = 0; m < 6; m++) s[m] = *(const Four*)(line + 4 * (j + m - 2));
+        Four a = ((s[0] * even[0] + s[1] * even[1]) + (s[2] * even[2] + s[3] * even[3])) + s[4] * even[4];
+        Four b = (s[1] * odd[1] + s[2] * odd[2]) + (s[3] * odd[3] + s[4] * odd[4]);
+        if constexpr (near == 3) b = b + (s[0] * odd[0] + s[5] * odd[5]);
+        *(Four*)(out + 8 * j) =
+            __builtin_shufflevector(a, b, 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
+        *(Four*)(out + 8 * j + 16) =
+            __builtin_shufflevector(a, b, 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31);
+    }
+}
+
 // `factor` pixels for each of the small line's: out[j·factor + phase] = Σ w[phase][m]·line[j + m], m = -2..3.
 // phases[phase/4][m] holds four phases' weights, four times each. Writes whole groups of phases, so up to
 // factor + 3 pixels beyond `width`.
 BRUME_VECTORISE static void enlargeLine(float* out, const float* line, const float* phases, int factor,
                                         int width) {
     if (factor == 2) {  // four small pixels side by side; both phases interleaved
-        Four even[6], odd[6];
-        for (int m = 0; m < 6; m++) {
-            even[m] = fourTimes(phases + 16 * m);
-            odd[m] = fourTimes(phases + 16 * m + 4);
-        }
-        for (int j = 0; 2 * j < width; j += 4) {
-            Four s[6];
-            for (int m = 0; m < 6; m++) s[m] = *(const Four*)(line + 4 * (j + m - 2));
-            Four a = weighted(s, even), b = weighted(s, odd);
-            *(Four*)(out + 8 * j) =
-                __builtin_shufflevector(a, b, 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
-            *(Four*)(out + 8 * j + 16) =
-                __builtin_shufflevector(a, b, 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31);
-        }
+        if (phases[4] == 0.0f)
+            doubleLine<2>(out, line, phases, width);
+        else
+            doubleLine<3>(out, line, phases, width);
         return;
     }
     Four s[6];

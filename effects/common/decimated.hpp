@@ -1,5 +1,5 @@
-// Decimated blurs of RGBA float images on the CPU: a prefilter, every factor-th pixel, a small FIR, back up
-// by a quintic B-spline. Edges replicate exactly. Twin of blur.glsl; both read the numbers of
+// Decimated blurs of RGBA float images on the CPU: a prefilter, every factor-th pixel, a small FIR, and back
+// up. Edges replicate exactly. Twin of blur.glsl; both read the numbers of
 // blur_design.hpp.
 #pragma once
 
@@ -91,8 +91,13 @@ cv::Mat decimateRows(int width, int height, int factor, std::span<const float> h
             }
             sums.clear();
             for (int j = from; j < end; j++) {
-                sums.push_back({lineOf(j), {}, folded.firstBlock(j) == block});
-                for (int k = 0; k < blockRows; k++) sums.back().weights[k] = folded.weight(j, y + k);
+                BlockSum sum = {lineOf(j), {}, folded.firstBlock(j) == block, 0, 0};
+                for (int k = 0; k < blockRows; k++)
+                    if ((sum.weights[k] = folded.weight(j, y + k)) != 0) {
+                        if (sum.count == 0) sum.first = k;
+                        sum.count = k + 1 - sum.first;
+                    }
+                if (sum.count > 0) sums.push_back(sum);
             }
             addBlocks(sums.data(), int(sums.size()), rows, floats);
         };

@@ -67,7 +67,7 @@ std::vector<double> levelTables(const FogBlur& p, const DeriveContext& c) {
     double taps = 0, prefilter = 0, phase = 0;
     for (const Level& l : ladderOf(p, c)) {
         for (double x : {taps, prefilter, phase, double(l.width)}) numbers.push_back(x);
-        taps += l.reach + 1, prefilter += blur::prefilterReach * l.factor + 1, phase += l.factor;
+        taps += l.reach + 1, prefilter += fog_blur::prefilterReach(l.factor) + 1, phase += l.factor;
     }
     return numbers;
 }
@@ -86,14 +86,13 @@ std::vector<double> joined(const FogBlur& p, const DeriveContext& c, TableOf tab
     return numbers;
 }
 std::vector<double> levelTaps(const FogBlur& p, const DeriveContext& c) {
-    return joined(p, c,
-                  [](const Level& l) { return blur::gaussianSmallTaps(l.sigma, fog_blur::levelTolerance); });
+    return joined(p, c, fog_blur::tapsOf);
 }
 std::vector<double> prefilters(const FogBlur& p, const DeriveContext& c) {
-    return joined(p, c, [](const Level& l) { return blur::prefilterTaps(l.factor); });
+    return joined(p, c, [](const Level& l) { return fog_blur::decimationOf(l).prefilter; });
 }
 std::vector<double> phases(const FogBlur& p, const DeriveContext& c) {
-    return joined(p, c, [](const Level& l) { return blur::enlargingWeights(l.factor); });
+    return joined(p, c, [](const Level& l) { return blur::enlargingWeights(fog_blur::decimationOf(l)); });
 }
 std::vector<double> tapCount(const FogBlur& p, const DeriveContext& c) {
     return {double(levelTaps(p, c).size())};
@@ -138,7 +137,7 @@ fog_blur::Ladder ladderOf(const FogBlur& p, const CpuContext& c) {
         level.factor = int(levels[l + 1]);
         level.taps = taps.subspan(size_t(tables[l]), size_t(levels[l + 3]) + 1);
         level.prefilter =
-            prefilters.subspan(size_t(tables[l + 1]), blur::prefilterReach * size_t(level.factor) + 1);
+            prefilters.subspan(size_t(tables[l + 1]), size_t(fog_blur::prefilterReach(level.factor)) + 1);
         level.up = phases.subspan(blur::enlargingTaps * size_t(tables[l + 2]),
                                   blur::enlargingTaps * size_t(level.factor));
         ladder.levels.push_back(level);

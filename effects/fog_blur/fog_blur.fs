@@ -122,8 +122,7 @@ vec4 decimatedRow(int l, ivec2 small) {
     int factor = int(levels[l].y), offset = int(levelTables[l].y);
     ivec2 center = ivec2((small.x - 5) * factor, small.y);
     vec4 sum = prefilters[offset] * weighed(center, levels[l].x);
-    if (factor == 1) return sum;
-    for (int t = 1; t <= 4 * factor; t++)
+    for (int t = 1; t <= 3 * (factor - 1); t++)
         sum += prefilters[offset + t] * (weighed(center - ivec2(t, 0), levels[l].x) + weighed(center + ivec2(t, 0), levels[l].x));
     return sum;
 }
@@ -131,8 +130,7 @@ vec4 decimatedColumn(int l, ivec2 small) {
     int factor = int(levels[l].y), offset = int(levelTables[l].y), left = int(levels[l].z) + small.x;
     int center = (small.y - 5) * factor;
     vec4 sum = prefilters[offset] * fetch(decimatedRows, ivec2(left, center));
-    if (factor == 1) return sum;
-    for (int t = 1; t <= 4 * factor; t++)
+    for (int t = 1; t <= 3 * (factor - 1); t++)
         sum += prefilters[offset + t] *
                (fetch(decimatedRows, ivec2(left, center - t)) + fetch(decimatedRows, ivec2(left, center + t)));
     return sum;

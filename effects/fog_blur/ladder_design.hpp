@@ -13,6 +13,27 @@ struct Level {
 
 constexpr double levelTolerance = 3e-3;  ///< of one level's kernel; interpolating errs by .016
 
+/// Six boxes keep levelTolerance from 1.35 px per small pixel on (measured).
+constexpr int boxCount = 6;
+inline int factorOf(double sigma) { return std::clamp(int(sigma / 1.35), 1, blur::largestFactor); }
+inline blur::Decimation decimationOf(const Level& level) {
+    return blur::boxDecimation(level.factor, boxCount);
+}
+inline int prefilterReach(int factor) { return boxCount / 2 * (factor - 1); }
+
+inline int reachOf(const Level& level) {
+    if (level.factor == 1) return blur::gaussianReach(level.sigma, levelTolerance);
+    const double variance = std::pow(level.sigma / level.factor, 2);
+    return blur::gaussianReach(std::sqrt(decimationOf(level).smallVariance(variance)), .1 * levelTolerance);
+}
+inline blur::Half tapsOf(const Level& level) {
+    if (level.factor == 1) return blur::gaussianTaps(level.sigma, level.reach);
+    return blur::smallTaps(decimationOf(level), level.reach, [&](double theta) {
+        theta = std::remainder(theta, 2 * std::numbers::pi);
+        return std::exp(-.5 * level.sigma * level.sigma * theta * theta);
+    });
+}
+
 /// Variances double from level to level, the first under .57 px, the last one step beyond the largest wanted,
 /// so that every variance between has two levels on either side. Level 0, the sharp image, is not in the
 /// list.
@@ -23,8 +44,8 @@ inline std::vector<Level> ladderOf(double largest, int width, int height) {
     for (int l = 1; l <= steps + 1; l++) {
         Level level;
         level.sigma = largest * std::exp2(.5 * (l - steps));
-        level.factor = blur::gaussianFactor(level.sigma, levelTolerance);
-        level.reach = blur::gaussianSmallReach(level.sigma, levelTolerance);
+        level.factor = factorOf(level.sigma);
+        level.reach = reachOf(level);
         level.width = blur::smallLength(width, level.factor);
         level.height = blur::smallLength(height, level.factor);
         levels.push_back(level);

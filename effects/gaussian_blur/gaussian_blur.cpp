@@ -4,7 +4,7 @@
 //
 //   fir          a sampled Gaussian, cut where the tails weigh less than `tolerance`
 //   recursive    a sum of three complex exponentials, forward and back: error 1.4e-5 a dimension, any radius
-//   decimated    Gaussian prefilter, every factor-th pixel, a small FIR, quintic B-spline up: error under
+//   decimated    boxes in a row, every factor-th pixel, a small FIR, the same boxes up: error under
 //                1e-3, 1e-4 or 1e-5, whichever is the next below `tolerance`
 //   box          three extended boxes by running sums: error .05
 //   pascal       an even row of Pascal's triangle as a FIR (the ocean fog's blur of its noise)
@@ -50,12 +50,17 @@ std::vector<double> reach(const GaussianBlur& p, const DeriveContext& c) {
     return {double(tapsOf(p, c).size()) - 1};
 }
 
-int factorOf(const GaussianBlur& p, const DeriveContext& c) {
-    return p.method == decimated ? blur::gaussianFactor(sigmaOf(p, c), p.tolerance) : 1;
+blur::Decimation decimationOf(const GaussianBlur& p, const DeriveContext& c) {
+    return p.method == decimated ? blur::gaussianDecimation(sigmaOf(p, c), p.tolerance) : blur::Decimation{};
 }
-std::vector<double> factor(const GaussianBlur& p, const DeriveContext& c) { return {double(factorOf(p, c))}; }
+std::vector<double> factor(const GaussianBlur& p, const DeriveContext& c) {
+    return {double(decimationOf(p, c).factor)};
+}
+std::vector<double> prefilterReach(const GaussianBlur& p, const DeriveContext& c) {
+    return {double(decimationOf(p, c).prefilter.size()) - 1};
+}
 std::vector<double> prefilter(const GaussianBlur& p, const DeriveContext& c) {
-    return blur::prefilterTaps(factorOf(p, c));
+    return decimationOf(p, c).prefilter;
 }
 std::vector<double> smallReach(const GaussianBlur& p, const DeriveContext& c) {
     return {p.method == decimated ? double(blur::gaussianSmallReach(sigmaOf(p, c), p.tolerance)) : 0.};
@@ -64,7 +69,7 @@ std::vector<double> smallTaps(const GaussianBlur& p, const DeriveContext& c) {
     return p.method == decimated ? blur::gaussianSmallTaps(sigmaOf(p, c), p.tolerance) : blur::Half{1};
 }
 std::vector<double> enlarging(const GaussianBlur& p, const DeriveContext& c) {
-    return blur::enlargingWeights(factorOf(p, c));
+    return blur::enlargingWeights(decimationOf(p, c));
 }
 
 blur::Exponentials exponentialsOf(const GaussianBlur& p, const DeriveContext& c) {
@@ -200,7 +205,7 @@ double kernelError(int method, double sigma, double tolerance) {
     if (method == recursive) return 3e-5;
     if (method != decimated) return statedError({0, float(tolerance), method}, sigma);
     if (blur::gaussianFactor(sigma, tolerance) == 1) return tolerance;
-    return tolerance < .99e-5 ? 2.5e-6 : tolerance < .99e-4 ? 1e-5 : tolerance < .99e-3 ? 1e-4 : 4e-4;
+    return tolerance < .99e-5 ? 1e-6 : tolerance < .99e-4 ? 1e-5 : tolerance < .99e-3 ? 9e-5 : 9.5e-4;
 }
 
 // Frame copies on the CPU at 1920×1080 with two threads. Decimated by 1 is a FIR.
@@ -213,7 +218,7 @@ double costOf(int method, double sigma, double tolerance, int reach) {
             return 7.5;
         case decimated:
             if (blur::gaussianFactor(sigma, tolerance) == 1) return costOf(fir, sigma, tolerance, reach);
-            return 2.1 + 4.2 / blur::gaussianFactor(sigma, tolerance);
+            return 2 + 3. / blur::gaussianFactor(sigma, tolerance);
         case dualFilter:
             return sigma < 32 ? 330 : 550;
         default:
@@ -270,6 +275,7 @@ BRUME_PLUGIN(EffectOf<GaussianBlur>()
                  .derive("reach", reach)
                  .derive("taps", tapsOf)
                  .derive("factor", factor)
+                 .derive("prefilterReach", prefilterReach)
                  .derive("prefilter", prefilter)
                  .derive("smallReach", smallReach)
                  .derive("smallTaps", smallTaps)
