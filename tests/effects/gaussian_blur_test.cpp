@@ -124,9 +124,10 @@ TEST(GaussianBlur, AStepBecomesTheIntegralOfTheKernel) {
             expectStep(gaussian(method, radius), trueGaussian(radius, reachOf(radius)), 5.1e-4);
 }
 
-// Not box: there each of three boxes replicates its own edges.
+// Not box: there each of three boxes replicates its own edges. Not auto: it may choose otherwise for the larger
+// image.
 TEST(GaussianBlur, EdgesReplicateAlsoOfImagesNarrowerThanTheKernel) {
-    for (const char* method : {"fir", "recursive", "decimated", "pascal", "auto"})
+    for (const char* method : {"fir", "recursive", "decimated", "pascal"})
         for (double radius : {.7, 3., 9., 25.}) {
             // A whole number of small pixels, so that decimation falls on the same places.
             int period = periodOf(method, radius), reach = (int(9 * radius) + 8 + period) / period * period;
