@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core/utility.hpp>
 
+#include "common/trial.hpp"
 #include "effect/plugin.hpp"
 #include "error.hpp"
 #include "noise_fog/params.hpp"
-#include "noise_fog/reference.hpp"
+#include "noise_fog/trial.hpp"
 
 namespace brume::noise_fog {
 
@@ -31,83 +31,6 @@ inline double bakedError(const NoiseFog& p) {
     }
     return 4 * error / total;
 }
-
-// The noise at the frame's probes, and what an error in it comes to.
-class Trial {
-  public:
-    Trial(const NoiseFog& p, const PlanInput& in) : p_(p), in_(in) {
-        // fp64 means of noise are dear: every fourth of the frame's probes, and the extremes, which come
-        // first.
-        for (size_t k = 0; k < in.frame.probes.size(); k++)
-            if (k < 6 || k % 4 == 0) probes_.push_back(in.frame.probes[k]);
-        const ReferenceNoise noise{p_, in.scene.camera.eye(), in.scene.time};
-        truth_.resize(probes_.size());
-        cv::parallel_for_({0, int(truth_.size())}, [&](const cv::Range& range) {
-            for (int k = range.start; k < range.end; k++) {
-                const Probe& probe = probes_[k];
-                if (p_.where == atTheSurface) {
-                    const bool isNoisy = probe.distance / p_.size <= 4096;
-                    truth_[k] = isNoisy ? noise.smoothed(noise.cells(probe.direction * probe.distance)) : .5;
-                } else {
-                    truth_[k] = .5 + share(probe) * (noise.meanAlong(probe.direction, reach(probe)) - .5);
-                }
-            }
-        });
-    }
-
-    /// As visible as noise that is off by `error` can be.
-    double offBy(double error) const {
-        double most = 0;
-        for (size_t k = 0; k < truth_.size(); k++)
-            for (double sign : {-1., 1.})
-                most = std::max(most,
-                                shows(probes_[k], truth_[k], std::clamp(truth_[k] + sign * error, 0., 1.)));
-        return most;
-    }
-    /// Along the ray in so many steps; gives up where it exceeds `enough`.
-    double inSteps(int steps, double enough) {
-        NoiseFog marched = p_;
-        marched.steps = steps;
-        const ReferenceNoise noise{marched, in_.scene.camera.eye(), in_.scene.time};
-        double most = 0;
-        for (size_t n = 0; n < truth_.size() && most <= enough; n++) {
-            const size_t k = (n + worst_) % truth_.size();
-            const Probe& probe = probes_[k];
-            const double mean = .5 + share(probe) * (noise.middleMean(probe.direction, reach(probe)) - .5);
-            const double error = shows(probe, truth_[k], mean);
-            if (error > most) most = error, worst_ = k;
-        }
-        return most;
-    }
-
-  private:
-    NoiseFog p_;
-    const PlanInput& in_;
-    std::vector<Probe> probes_;
-    std::vector<double> truth_;
-    size_t worst_ = 0;  // the probe that the last method failed at: the next one starts there
-
-    double reach(const Probe& probe) const { return std::min(probe.distance, double(p_.range)); }
-    double share(const Probe& probe) const {
-        return probe.distance > p_.range ? p_.range / probe.distance : 1;
-    }
-
-    double shows(const Probe& probe, double truth, double noise) const {
-        const double dy = std::min(probe.distance, 1e15) * probe.direction[1];
-        const cv::Vec3d sun(p_.sunDirection);
-        const double cosine = cv::norm(sun) > 0 ? probe.direction.dot(sun) / cv::norm(sun) : 0;
-        double most = 0;
-        for (const cv::Vec3d& color : {probe.low, probe.high}) {
-            const cv::Vec4f scene(cv::Vec4d(color[0], color[1], color[2], 1));
-            const Outcome a =
-                outcomeOf(p_, scene, probe.distance, relativeDensity(p_, truth, dy), truth, cosine);
-            const Outcome b =
-                outcomeOf(p_, scene, probe.distance, relativeDensity(p_, noise, dy), noise, cosine);
-            for (int n = 0; n < 3; n++) most = std::max(most, in_.visible(a.color[n], b.color[n]));
-        }
-        return most;
-    }
-};
 
 // Frame copies on the CPU at 1280×720 with two threads: of `samples` places of noise.
 inline double costOf(const NoiseFog& p, int method, int samples) {
@@ -138,29 +61,6 @@ inline bool isUnseen(const NoiseFog& p, const PlanInput& in, double darkest, dou
     return plan.skip;
 }
 
-// The fewest steps that do not show, by the probes; their predicted error.
-inline int marchOf(const NoiseFog& p, const PlanInput& in, Trial& trial, double& error) {
-    // A probe is one pixel of many: the worst of all is taken for twice the worst of the probes. Too few
-    // steps may hit by luck, and the next number not: both have to.
-    constexpr double margin = 2;
-    if (!in.chooses("steps")) {
-        error = margin * trial.inSteps(p.steps, HUGE_VAL);
-        return p.steps;
-    }
-    constexpr int numbers[] = {1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64};
-    double before = HUGE_VAL;
-    int fewest = numbers[0];
-    for (int steps : numbers) {
-        error = margin * trial.inSteps(steps, in.tolerance / margin);
-        if (std::max(error, before) <= in.tolerance) {
-            error = std::max(error, before);
-            return fewest;
-        }
-        before = error, fewest = steps;
-    }
-    return fewest;
-}
-
 inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
     NoiseFog p = asked;
     Plan plan;
@@ -171,38 +71,47 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
         brightest = std::max(brightest, double(std::max(p.color[n], p.colorHigh[n])) + p.sunColor[n]);
     }
     plan.output = in.input.mixedWith(std::min(0., darkest), brightest);
+    // Smoothed noise exists only as a volume.
     const bool needsVolume = p.smoothing > 0 && p.where == atTheSurface;
     plan.chosen["method"] = needsVolume ? baked : procedural;
     plan.chosen["steps"] = p.steps;
     if (isUnseen(p, in, darkest, brightest, plan)) return plan;
     plan.predictedError = 0;
-
     if (p.where == asAProduct) {
+        plan.predictedCost = costOf(p, procedural, 1);
         plan.why = "one closed form, nothing cheaper";
-    } else {
-        p.method = in.chooses("method") ? int(plan.chosen["method"]) : p.method;
-        Trial trial(p, in);
-        const bool isMarch = p.where == alongTheRay;
-        if (isMarch) plan.chosen["steps"] = p.steps = marchOf(p, in, trial, plan.predictedError);
-        const int samples = isMarch ? p.steps : 1;
-        const double texels = trial.offBy(bakedError(p));
-        const bool isExact = plan.predictedError + texels <= in.tolerance;
-        if (in.chooses("method") && isExact && costOf(p, baked, samples) < costOf(p, procedural, samples))
-            plan.chosen["method"] = p.method = baked;
-        if (p.method == baked) plan.predictedError += texels;
-        // How far a smoothed volume is from smoothed noise has no bound here: nothing is promised.
-        if (needsVolume) plan.predictedError = std::max(plan.predictedError, 2 * in.tolerance);
-        plan.why = needsVolume ? "baked: smoothed noise exists only as a volume, whose error may show"
-                   : p.method == procedural ? isExact ? "procedural: cheaper than a volume for so few octaves"
-                                                      : "procedural: a volume of this resolution may show"
-                   : isExact                ? "baked: cheaper, and off by less than the tolerance"
-                                            : "baked: a volume of this resolution may show";
-        if (isMarch)
-            plan.why += plan.predictedError <= in.tolerance
-                            ? text("; ", p.steps, " steps are the fewest that do not show")
-                            : text("; ", p.steps, " steps may show");
+        return plan;
     }
-    plan.predictedCost = costOf(p, int(plan.chosen["method"]), p.where == alongTheRay ? p.steps : 1);
+    const bool isMarch = p.where == alongTheRay;
+    std::vector<int> methods = {procedural, baked};
+    if (!in.chooses("method"))
+        methods = {p.method};
+    else if (needsVolume)
+        methods = {baked};
+    std::vector<TrialOption> options;
+    for (int method : methods)
+        for (int steps : isMarch&& in.chooses("steps") ? trialSteps(64) : std::vector<int>{p.steps})
+            options.push_back({method, steps, costOf(p, method, isMarch ? steps : 1)});
+    RayTrial trial(p, in);
+    // Interpolation is a mean over texels, and so is smoothing: smoothed noise is no farther off than noise.
+    const double texelError = bakedError(p), texels = trial.offBy(texelError);
+    // A ray is one of many: the worst of all is taken for twice the worst of those tried.
+    auto errorOf = [&](const TrialOption& option, double enough) {
+        const double more = option.method == baked ? texels : 0;
+        return more > enough ? more : 2 * trial.inSteps(option.steps, (enough - more) / 2) + more;
+    };
+    const TrialChoice best = cheapest(options, in.tolerance, isMarch && in.chooses("steps"), errorOf);
+    plan.chosen["method"] = best.option.method;
+    plan.chosen["steps"] = best.option.steps;
+    plan.predictedCost = best.option.cost;
+    const double edge = trial.atEdge(best.option.steps, best.option.method == baked ? texelError : 0);
+    plan.predictedError = std::max(best.error, edge);
+    plan.why = best.option.method == baked ? "baked" : "procedural";
+    if (isMarch) plan.why += text(" in ", best.option.steps, " steps");
+    plan.why += !best.isUnseen ? " is the most exact, and may show"
+                : edge > in.tolerance
+                    ? " is the cheapest that does not show, except at the edge of holes in the fog"
+                    : " is the cheapest that does not show";
     return plan;
 }
 

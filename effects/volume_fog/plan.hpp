@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <map>
-#include <opencv2/core/utility.hpp>
 
 #include "effect/plan.hpp"
 #include "error.hpp"
@@ -47,35 +45,23 @@ inline double costOf(const Params& p, int method, int steps, double lampShare) {
     return 3 + steps * step;
 }
 
-struct Option {
-    int method, steps;
-    double cost;
-};
-inline std::vector<Option> optionsOf(const Params& p, const brume::PlanInput& in, double lampShare) {
+inline std::vector<brume::TrialOption> optionsOf(const Params& p, const brume::PlanInput& in,
+                                                 double lampShare) {
     std::vector<int> methods = {Midpoint, GaussLegendre};
     if (p.noise != NoNoise) methods.push_back(SharedNoise);
     if (lampShare > 0) methods.push_back(Equiangular);
     if (!in.chooses("method")) methods = {p.method};
-    std::vector<int> numbers;
-    for (double steps = 1; steps <= 512.5; steps = std::max(steps + 1, steps * std::pow(2., .25)))
-        numbers.push_back(int(std::lround(steps)));
-    numbers.push_back(512);
-    std::vector<Option> options;
+    std::vector<int> numbers = {p.steps};
+    if (in.chooses("steps")) numbers = brume::trialSteps(512);
+    std::vector<brume::TrialOption> options;
     for (int method : methods) {
-        if (!in.chooses("steps")) {
-            options.push_back({method, p.steps, costOf(p, method, p.steps, lampShare)});
-            continue;
-        }
         int last = 0;
         for (int steps : numbers) {
-            if (method == GaussLegendre) steps = (steps + 3) / 4 * 4;  // whole panels
-            if (steps == last) continue;
-            options.push_back({method, steps, costOf(p, method, steps, lampShare)});
+            if (method == GaussLegendre && in.chooses("steps")) steps = (steps + 3) / 4 * 4;  // whole panels
+            if (steps != last) options.push_back({method, steps, costOf(p, method, steps, lampShare)});
             last = steps;
         }
     }
-    std::sort(options.begin(), options.end(),
-              [](const Option& a, const Option& b) { return a.cost < b.cost; });
     return options;
 }
 
@@ -106,53 +92,35 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
         plan.why = "p2 is not the integral at any number of steps; 128 are the paper's own";
         return plan;
     }
+    constexpr int exactly = -1;
+    const Rays rays(p, in);
+    const RayMarch march(p, in, rays.all());
+    auto fog = [&](int tile, int method, int steps, brume::TrialOutcome& outcome) {
+        Params tried = p;
+        tried.method = method, tried.steps = steps;
+        if (method == exactly) {
+            tried.method = p.point_lights.empty() ? Midpoint : Equiangular;
+            tried.early_stop = false, tried.noise_every = 1;
+        }
+        march(tile, tried, outcome);
+    };
+    brume::Trial trial(in, rays.all(), fog, exactly, 4096);
+    const double lampShare = march.lampShare();
     // A ray is one of many: the worst of all is taken for twice the worst of those tried, for four times
-    // where noise is shared between steps (2.9 times was seen). Too few steps may hit by luck, and the next
-    // number not: both have to.
-    auto marginOf = [](int method) { return method == SharedNoise ? 4. : 2.; };
-    Trial trial(p, in);
-    const double lampShare = trial.lampShare();
-    const std::vector<Option> options = optionsOf(p, in, lampShare);
-    Option best{};
-    double error = HUGE_VAL;
-    std::map<int, std::pair<Option, double>>
-        before;  // by method: the option tried last, where it did not show
-    for (const Option& option : options) {
-        const double margin = marginOf(option.method);
-        const double own =
-            margin * trial.error(option.method, option.steps, in.tolerance / margin) + trial.doubt();
-        auto [last, isFirst] = before.insert({option.method, {option, own}});
-        if (isFirst) {
-            if (in.chooses("steps") || own > in.tolerance) continue;
-            last->second = {option, own};
-        }
-        if (std::max(own, last->second.second) <= in.tolerance) {
-            best = last->second.first;
-            error = std::max(own, last->second.second);
-            break;
-        }
-        last->second = {option, own};
-    }
-    const bool isUnseen = error <= in.tolerance;
-    if (!isUnseen) {
-        error = HUGE_VAL;
-        int most = 0;
-        for (const Option& option : options) most = std::max(most, option.steps);
-        for (const Option& option : options) {
-            if (option.steps != most) continue;
-            const double margin = marginOf(option.method);
-            const double own =
-                margin * trial.error(option.method, option.steps, error / margin) + trial.doubt();
-            if (own < error) error = own, best = option;
-        }
-    }
-    plan.chosen["method"] = best.method;
-    plan.chosen["steps"] = best.steps;
-    plan.predictedError = error;
-    plan.predictedCost = best.cost;
-    plan.why = brume::text(nameOf(best.method), " in ", best.steps,
-                           isUnseen ? " steps is the cheapest that does not show on the rays tried"
-                                    : " steps is the most exact, and may show");
+    // where noise is shared between steps (2.9 times was seen).
+    auto errorOf = [&](const brume::TrialOption& option, double enough) {
+        const double margin = option.method == SharedNoise ? 4 : 2;
+        return margin * trial.error(option.method, option.steps, enough / margin) + trial.doubt();
+    };
+    const brume::TrialChoice best =
+        brume::cheapest(optionsOf(p, in, lampShare), in.tolerance, in.chooses("steps"), errorOf);
+    plan.chosen["method"] = best.option.method;
+    plan.chosen["steps"] = best.option.steps;
+    plan.predictedError = best.error;
+    plan.predictedCost = best.option.cost;
+    plan.why = brume::text(nameOf(best.option.method), " in ", best.option.steps,
+                           best.isUnseen ? " steps is the cheapest that does not show on the rays tried"
+                                         : " steps is the most exact, and may show");
     return plan;
 }
 

@@ -1,0 +1,155 @@
+// Methods tried on some of a frame's rays by the CPU half itself: a tile of rays from all over the frame costs
+// what a tile of neighbours does, so hundreds of rays are some thousandths of a frame.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <opencv2/core/utility.hpp>
+#include <vector>
+
+#include "effect/plan.hpp"
+
+namespace brume {
+
+constexpr int trialWidth = 64;  // rays a tile
+
+/// What fog makes of the colours behind a tile of rays: colour·through + added.
+struct TrialOutcome {
+    float through[trialWidth], added[3][trialWidth];
+};
+
+struct TrialOption {
+    int method = 0, steps = 1;
+    double cost = 0;
+};
+
+class Trial {
+  public:
+    /// The fog on tile `tile` of the rays; called from several threads.
+    using Fog = std::function<void(int tile, int method, int steps, TrialOutcome&)>;
+
+    /// The truth is as many steps of `exact` as still change anything: twice 64, twice that, up to `most`.
+    Trial(const PlanInput& in, const std::vector<Probe>& rays, const Fog& fog, int exact, int most)
+        : in_(in), rays_(rays), fog_(fog), truth_(rays.size() / trialWidth), doubts_(truth_.size()) {
+        each([&](int tile) {
+            TrialOutcome before;
+            fog_(tile, exact, 64, before);
+            for (int steps = 128; steps <= most; steps *= 2) {
+                fog_(tile, exact, steps, truth_[tile]);
+                doubts_[tile] = differenceOf(before, truth_[tile], tile);
+                if (doubts_[tile] <= in_.tolerance / 8) break;
+                before = truth_[tile];
+            }
+        });
+    }
+
+    /// Rays for whole tiles: the last is repeated.
+    static std::vector<Probe> filled(std::vector<Probe> rays) {
+        while (rays.size() % trialWidth != 0) rays.push_back(rays.back());
+        return rays;
+    }
+
+    /// The worst visible error of a method over all rays; gives up where it exceeds `enough`.
+    double error(int method, int steps, double enough) {
+        if (truth_.empty()) return 0;
+        // The rays that the last method failed at are likely to fail again.
+        std::vector<double> errors(truth_.size(), 0.);
+        auto measure = [&](int tile) {
+            TrialOutcome got;
+            fog_(tile, method, steps, got);
+            errors[tile] = differenceOf(truth_[tile], got, tile);
+        };
+        measure(worst_);
+        if (errors[worst_] > enough) return errors[worst_];
+        each([&](int tile) {
+            if (tile != worst_) measure(tile);
+        });
+        worst_ = int(std::max_element(errors.begin(), errors.end()) - errors.begin());
+        return errors[worst_];
+    }
+    /// How far the truth itself may be off, as it shows.
+    double doubt() const { return doubts_.empty() ? 0 : *std::max_element(doubts_.begin(), doubts_.end()); }
+
+    /// How visible the difference of two outcomes is, at its worst ray.
+    double differenceOf(const TrialOutcome& a, const TrialOutcome& b, int tile) const {
+        double most = 0;
+        // The curve is nowhere steeper than at 0: most differences need not be encoded.
+        const double steepest = 12.92 * in_.gain;
+        auto take = [&](double x, double y) {
+            if (!(std::abs(x - y) * steepest <= most)) most = std::max(most, in_.visible(x, y));
+        };
+        for (int x = 0; x < trialWidth; x++) {
+            const Probe& ray = rays_[size_t(tile) * trialWidth + x];
+            for (int n = 0; n < 3; n++) {
+                const double from = a.added[n][x], to = b.added[n][x];
+                take(ray.low[n] * a.through[x] + from, ray.low[n] * b.through[x] + to);
+                if (ray.high[n] != ray.low[n])
+                    take(ray.high[n] * a.through[x] + from, ray.high[n] * b.through[x] + to);
+            }
+        }
+        return most;
+    }
+    int tiles() const { return int(truth_.size()); }
+    /// Calls work(tile) for every tile, from several threads.
+    template <class Work>
+    void each(const Work& work) const {
+        cv::parallel_for_({0, tiles()}, [&](const cv::Range& range) {
+            for (int tile = range.start; tile < range.end; tile++) work(tile);
+        });
+    }
+
+  private:
+    const PlanInput& in_;
+    const std::vector<Probe>& rays_;
+    Fog fog_;
+    std::vector<TrialOutcome> truth_;
+    std::vector<double> doubts_;  // of each tile
+    int worst_ = 0;               // the tile where the last method failed
+};
+
+struct TrialChoice {
+    TrialOption option;
+    double error = HUGE_VAL;
+    bool isUnseen = false;  ///< the error is within the tolerance
+};
+
+/// The numbers of steps worth trying, a quarter octave apart.
+inline std::vector<int> trialSteps(int most) {
+    std::vector<int> numbers;
+    for (double steps = 1; steps < most; steps = std::max(steps + 1, steps * std::pow(2., .25)))
+        numbers.push_back(int(std::lround(steps)));
+    numbers.push_back(most);
+    return numbers;
+}
+
+/// The cheapest option whose error is within the tolerance; if none is, the most exact of those with most steps.
+/// `errorOf(option, enough)` may give up beyond `enough`. Too few steps may hit by luck, and the next number
+/// not: where steps are chosen, two numbers of a method in a row have to do.
+template <class ErrorOf>
+TrialChoice cheapest(std::vector<TrialOption> options, double tolerance, bool choosesSteps,
+                     const ErrorOf& errorOf) {
+    std::sort(options.begin(), options.end(),
+              [](const TrialOption& a, const TrialOption& b) { return a.cost < b.cost; });
+    std::map<int, TrialChoice> before;  // by method, what was tried last
+    int most = 0;
+    for (const TrialOption& option : options) {
+        const double own = errorOf(option, tolerance);
+        TrialChoice& last = before[option.method];
+        const TrialChoice candidate =
+            choosesSteps ? TrialChoice{last.option, std::max(own, last.error)} : TrialChoice{option, own};
+        if (candidate.error <= tolerance) return {candidate.option, candidate.error, true};
+        last = {option, own};
+        most = std::max(most, option.steps);
+    }
+    TrialChoice best;
+    for (const TrialOption& option : options) {
+        if (option.steps != most) continue;
+        const double own = errorOf(option, best.error);
+        if (own < best.error) best = {option, own};
+    }
+    return best;
+}
+
+}  // namespace brume
