@@ -207,6 +207,8 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
         } else if (!isLong && outcome.state == Outcome::State::Made) {
             for (const std::string& file : outcome.files) std::cout << file << "\n";
         }
+        if (!outcome.hardlyShows.empty())
+            progress.say(text("note: '", task.output, "' looks much like its input: ", outcome.hardlyShows));
         if (a.explain && outcome.state == Outcome::State::Made) explain(task, outcome, batch.chain);
         if (!outcome.thumbnail.empty() && thumbnails.size() < sheetFrames) {
             thumbnails.push_back(outcome.thumbnail);
@@ -293,6 +295,9 @@ void apply(Arguments a) {
     std::string sheet = "contact_sheet.png";
     if (!a.shard.empty())
         sheet = text("contact_sheet_", parseShard(a.shard).first, "of", parseShard(a.shard).second, ".png");
+    if (a.format.empty() && names.isFolder() && !batch.tasks.empty() &&
+        fs::path(batch.tasks[0].output).extension() == ".exr")
+        std::cerr << "note: EXR frames make EXR pictures; --format png makes PNG\n";
     runTasks(a, batch, inputs.size(), (fs::path(names.folder()) / sheet).string());
 }
 
@@ -326,7 +331,8 @@ void addApply(CLI::App& program) {
     command->add_flag("--with-depth", a->withDepth,
                       "EXR outputs hold depth and camera besides the picture: frames that apply reads again");
     command->add_option("--format", a->format,
-                        "The format of files in the folder OUT: exr, png, jpg, tif, npy");
+                        "The format of files in the folder OUT: exr, png, jpg, tif, npy (default: exr for "
+                        "EXR frames, else png)");
     a->backend.addTo(*command);
     a->frame.addTo(*command);
     command->add_flag("--explain", a->explain,

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <filesystem>
 #include <mutex>
@@ -18,6 +19,7 @@
 #include "frame/attributes.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
+#include "measure/encoded_error.hpp"
 
 namespace brume::host {
 namespace {
@@ -91,6 +93,28 @@ class MemoryGate {
 };
 
 size_t machineMemory() { return size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGESIZE)); }
+
+// In 8-bit steps: nine pixels in ten change by less, and nobody will see it without looking for it.
+constexpr double seenChange = 32;
+
+// A fog for a street is nothing in a room: said once, before somebody looks for what went wrong.
+std::string hardlyShows(const FramePair& frame, const cv::Mat& color) {
+    if (color.size() != frame.color.size()) return {};
+    std::vector<double> changes, depths;
+    for (const cv::Point& p : sampleGrid(color.size(), 10000).pixels) {
+        changes.push_back(encodedDifference(color.at<cv::Vec4f>(p), frame.color.at<cv::Vec4f>(p)));
+        if (const float z = frame.depth.at<float>(p); std::isfinite(z)) depths.push_back(double(z));
+    }
+    const double change = percentileOf(changes, .9);
+    if (!(change < seenChange)) return {};
+    const std::string what =
+        text("nine pixels in ten change by less than ", std::floor(change) + 1, " of 255 steps");
+    if (depths.empty()) return what;
+    char range[80];
+    std::snprintf(range, sizeof range, "; its surfaces lie at %.2g to %.2g m", percentileOf(depths, .05),
+                  percentileOf(depths, .95));
+    return what + range;
+}
 
 class Run {
   public:
@@ -279,6 +303,7 @@ class Run {
                 token->outcome.files.push_back(path);
             }
             const cv::Mat& color = token->result.images.at("color");
+            if (task.frame == 0) token->outcome.hardlyShows = hardlyShows(token->frame->ready.frame, color);
             if (task.making.withDepth) {
                 FramePair fogged = token->frame->captured;
                 if (color.size() != fogged.size())

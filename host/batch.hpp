@@ -31,6 +31,8 @@ struct Outcome {
     std::vector<StepPlan> decisions;  ///< for --explain
     cv::Mat thumbnail;                ///< CV_32FC4 scene-linear, of the first frames
     cv::Size size;
+    std::string
+        hardlyShows;  ///< of the first frame: why its picture looks like what it was made from, or empty
 };
 
 struct Batch {

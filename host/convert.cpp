@@ -4,6 +4,7 @@
 
 #include "commands.hpp"
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "options.hpp"
@@ -35,6 +36,10 @@ void addConvert(CLI::App& program) {
         const std::vector<FrameFiles> files = expandFrames(a->frames, a->options.depth);
         const std::filesystem::path out(a->out);
         const bool folder = out.extension() != ".exr";
+        if (folder && !out.extension().empty() && !isFolder(a->out) && !a->out.ends_with('/'))
+            failUsage("-o ", a->out,
+                      ": convert writes EXR, which holds colour, depth and camera in one file: name it ",
+                      out.stem().string(), ".exr, or end a folder's name with '/'");
         if (!folder && files.size() > 1)
             failUsage("-o ", a->out, ": ", files.size(), " frames need a folder, not one file");
         if (folder) {

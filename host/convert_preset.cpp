@@ -45,7 +45,7 @@ class Section {
             at = after + 1;
         }
         if (result.size() != otherwise.size() ||
-            std::count(value.text.begin(), value.text.end(), ',') + 1u != result.size())
+            size_t(std::count(value.text.begin(), value.text.end(), ',')) + 1 != result.size())
             failUsage(preset_.path, ":", value.line, ": ", key, "=", value.text, " is not ",
                       otherwise.size() == 1 ? "a number" : text(otherwise.size(), " numbers"));
         return result;
@@ -73,10 +73,12 @@ struct Conversion {
     double far;  // m: what ReShade's linear depth 1 means; 0 is 1 m
     std::vector<Json> steps;
     std::vector<std::string> lost;
+    bool usesFar = false;
 };
 
 // Opacity linear in ReShade's depth: lerp(scene, FogColor, min((depth - FogStart)·FogCurve, MaxFogFactor)).
 void convertSpiritFog(Section& section, Conversion& c) {
+    c.usesFar = true;
     c.steps.push_back({{"effect", "depth_fog"},
                        {"model", "linear"},
                        {"near", 1},
@@ -90,6 +92,7 @@ void convertSpiritFog(Section& section, Conversion& c) {
 
 // lerp(scene, lerp(bloom, FogColor, f), f): with the scene in place of its bloom, opacity f².
 void convertAdaptiveFog(Section& section, Conversion& c) {
+    c.usesFar = true;
     const double start = section.number("FogStart", .05), curve = section.number("FogCurve", 1.5),
                  most = section.number("MaxFogFactor", .8);
     const Json color = linearColor(section.numbers("FogColor", {.9, .9, .9}));
@@ -159,20 +162,34 @@ std::string sectionOf(const ReshadePreset& preset, const std::string& technique,
     return usual;
 }
 
-double farPlane(ReshadePreset& preset) {
+constexpr double usualFar = 1000;  // ReShade's own, where a preset does not say
+
+double farPlane(ReshadePreset& preset, std::optional<double> given, std::string& note) {
     auto found = preset.definitions.find("RESHADE_DEPTH_LINEARIZATION_FAR_PLANE");
-    if (found == preset.definitions.end()) return 1000;
-    const double far = std::strtod(found->second.c_str(), nullptr);
+    if (given) {
+        if (found != preset.definitions.end()) preset.definitions.erase(found);
+        note = text("distances are for a far plane at ", *given, " m, as --far says");
+        return *given;
+    }
+    if (found == preset.definitions.end()) {
+        note = text("distances are for a far plane at ", usualFar,
+                    " m, ReShade's default, because the preset states none; --far METRES gives the game's");
+        return usualFar;
+    }
+    const std::string stated = found->second;
+    const double far = std::strtod(stated.c_str(), nullptr);
     preset.definitions.erase(found);
     if (!(far > 1 && far <= 1e7))
         failUsage(preset.path, ": RESHADE_DEPTH_LINEARIZATION_FAR_PLANE must be over 1");
+    note = text("distances are for the preset's far plane at ", far, ", taken for metres");
     return far;
 }
 
-std::string written(const ReshadePreset& preset, const Conversion& c) {
+std::string written(const ReshadePreset& preset, const Conversion& c, const std::string& note) {
     const std::string name = std::filesystem::path(preset.path).stem().string();
     std::string out =
         "// From the ReShade preset " + std::filesystem::path(preset.path).filename().string() + ".\n";
+    if (!note.empty()) out += "// Its " + note + "\n";
     for (const std::string& lost : c.lost) out += "// Not carried: " + lost + "\n";
     out += "{\n  \"name\": " + Json(name).dump() + ",\n  \"effects\": [\n";
     for (const Json& step : c.steps) {
@@ -184,10 +201,10 @@ std::string written(const ReshadePreset& preset, const Conversion& c) {
 
 }  // namespace
 
-ConvertedPreset convertPreset(const ReshadePreset& given) {
+ConvertedPreset convertPreset(const ReshadePreset& given, std::optional<double> far) {
     ReshadePreset preset = given;
     ConvertedPreset result;
-    Conversion c{preset, farPlane(preset), {}, {}};
+    Conversion c{preset, farPlane(preset, far, result.note), {}, {}};
     std::set<std::string> seen;
     for (const auto& [technique, file] : preset.techniques) {
         const Known* known = nullptr;
@@ -218,7 +235,8 @@ ConvertedPreset convertPreset(const ReshadePreset& given) {
         for (const Known& known : table) names += std::string(names.empty() ? "" : ", ") + known.technique;
         failUsage(preset.path, ": no technique that is on makes something brume has; it knows ", names);
     }
-    result.text = written(preset, c);
+    if (!c.usesFar) result.note.clear();
+    result.text = written(preset, c, result.note);
     result.lost = c.lost;
     return result;
 }
@@ -226,17 +244,23 @@ ConvertedPreset convertPreset(const ReshadePreset& given) {
 void addConvertPreset(CLI::App& program) {
     auto path = std::make_shared<std::string>();
     auto out = std::make_shared<std::string>();
+    auto far = std::make_shared<std::optional<double>>();
     CLI::App* command =
         program.add_subcommand("convert-preset", "A ReShade preset as a preset of brume, as far as it goes");
     command->add_option("INI", *path, "The ReShade preset")->required();
     command->add_option("-o,--output", *out, "The preset to write (default: standard output)");
+    command
+        ->add_option(
+            "--far", *far,
+            "How many metres off ReShade's depth 1 lies (default: what the preset defines, or else 1000)")
+        ->check(CLI::Range(1.001, 1e7));
     std::string known;
     for (const Known& entry : table) known += text("  ", entry.technique, " becomes ", entry.becomes, "\n");
     command->footer("Techniques that are on, in their order:\n" + known +
                     "What could not be carried is listed, and stands as comments in the preset.\n"
-                    "\nExample:\n  brume convert-preset Foggy.ini -o foggy.json");
-    command->callback([path, out] {
-        const ConvertedPreset converted = convertPreset(readReshadePreset(*path));
+                    "\nExample:\n  brume convert-preset Foggy.ini -o foggy.json --far 400");
+    command->callback([path, out, far] {
+        const ConvertedPreset converted = convertPreset(readReshadePreset(*path), *far);
         parsePreset(converted.text, *path, EffectRegistry::standard());  // a value out of range says so here
         if (out->empty()) {
             std::cout << converted.text;
@@ -248,6 +272,7 @@ void addConvertPreset(CLI::App& program) {
             file.close();
             if (!file) failIo(*out, ": cannot be written");
             for (const std::string& step : converted.steps) std::cout << step << "\n";
+            if (!converted.note.empty()) std::cout << converted.note << "\n";
             for (const std::string& lost : converted.lost) std::cout << "not carried: " << lost << "\n";
             std::cout << *out << "\n";
         }

@@ -174,6 +174,28 @@ bool printPreset(const std::string& name) {
     return false;
 }
 
+// What to type first: the effect alone with a parameter of its own changed, and the presets that hold it.
+void printExamples(const EffectHeader& header) {
+    const Parameter* first = nullptr;
+    for (const Parameter& p : header.parameters)
+        if (!first && p.type == ParameterType::Float && p.defaultValue.numbers.size() == 1 &&
+            p.defaultValue.numbers[0] > 0)
+            first = &p;
+    std::cout << "\nTry\n  brume apply " << header.name << " FRAME -o OUT.png";
+    if (first)
+        std::cout << " --set " << header.name << "." << first->name << "="
+                  << first->defaultValue.numbers[0] / 2;
+    std::cout << "\n  brume preview FRAME " << header.name << "\n";
+    std::vector<std::string> presets;
+    for (const auto& [preset, path] : shippedPresets()) {
+        const Chain chain = readPreset(path, EffectRegistry::standard());
+        if (std::any_of(chain.steps.begin(), chain.steps.end(),
+                        [&](const Step& s) { return s.effect->name() == header.name; }))
+            presets.push_back(preset);
+    }
+    if (!presets.empty()) printWrapped("presets with it (brume info PRESET): " + joined(presets, ", "), "  ");
+}
+
 void info(const std::string& name) {
     if (printPreset(name)) return;
     auto effect = EffectRegistry::standard().find(name);
@@ -181,6 +203,7 @@ void info(const std::string& name) {
     std::cout << header.name << (effect->plugin ? "" : " (GLSL only)") << "\n";
     printWrapped(header.description, "  ");
     if (!header.credit.empty()) printWrapped("Credit: " + header.credit, "  ");
+    printExamples(header);
     std::cout << "\nParameters\n";
     printParameters(header.parameters, "  ");
     std::cout << "\nPasses\n";

@@ -27,6 +27,7 @@ class OutputNames {
     /// The folder that all outputs have in common.
     std::string folder() const;
     bool isSingleFile() const { return kind_ == Kind::File; }
+    bool isFolder() const { return kind_ == Kind::Folder; }
     static std::string keptBeside(const std::string& output, const Kept& kept);
 
   private:

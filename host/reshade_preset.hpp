@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,9 +33,11 @@ struct ConvertedPreset {
     std::string text;                ///< brume's JSON, with a comment for each thing not carried
     std::vector<std::string> steps;  ///< "AdaptiveFog: depth_fog"
     std::vector<std::string> lost;   ///< one sentence each
+    std::string note;                ///< which far plane its distances are for; empty where it has none
 };
 
-/// Throws Error (Usage): a value that is no number, with file and line; nothing that brume knows.
-ConvertedPreset convertPreset(const ReshadePreset& preset);
+/// `far`: metres at ReShade's depth 1, instead of what the preset defines. Throws Error (Usage): a value that
+/// is no number, with file and line; nothing that brume knows.
+ConvertedPreset convertPreset(const ReshadePreset& preset, std::optional<double> far = {});
 
 }  // namespace brume::host

@@ -87,7 +87,7 @@ std::string fileWord(const std::string& path, const std::string& value) {
 Sweep parseSweep(const std::string& argument) {
     size_t equals = argument.find('=');
     // An index such as boxes[2] comes before the sign, never a comma.
-    if (equals == std::string::npos || equals == 0 || argument.find('.') > equals)
+    if (equals == std::string::npos || equals == 0)
         failUsage("--set ", argument, ": write effect.parameter=value, or several values with commas");
     Sweep sweep{argument.substr(0, equals), splitOutsideBrackets(argument.substr(equals + 1))};
     for (const std::string& value : sweep.values)

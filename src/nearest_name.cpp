@@ -10,16 +10,18 @@ static std::string lower(std::string word) {
     return word;
 }
 
+// Letters added, left out, replaced, or swapped with their neighbour.
 static size_t editDistance(const std::string& a, const std::string& b) {
-    std::vector<size_t> row(b.size() + 1);
+    std::vector<size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
     for (size_t j = 0; j <= b.size(); j++) row[j] = j;
     for (size_t i = 1; i <= a.size(); i++) {
-        size_t diagonal = row[0];
+        before.swap(last);
+        last.swap(row);
         row[0] = i;
         for (size_t j = 1; j <= b.size(); j++) {
-            size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-            diagonal = row[j];
-            row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+            row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] != b[j - 1])});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                row[j] = std::min(row[j], before[j - 2] + 1);
         }
     }
     return row[b.size()];
@@ -32,10 +34,11 @@ std::string nearestName(const std::string& wrong, const std::vector<std::string>
     for (const auto& candidate : candidates) {
         size_t distance = editDistance(lower(wrong), lower(candidate));
         bool isPart = wrong.size() >= 3 && lower(candidate).find(lower(wrong)) != std::string::npos;
-        if (isPart) distance = std::min(distance, wrong.size() / 2);
+        if (isPart) distance = std::min(distance, wrong.size() / 3);
         if (distance < bestDistance) bestDistance = distance, best = candidate;
     }
-    return bestDistance <= std::max(wrong.size(), best.size()) / 2 ? best : std::string();
+    return bestDistance <= std::max<size_t>(1, std::max(wrong.size(), best.size()) / 3) ? best
+                                                                                        : std::string();
 }
 
 std::string suggestion(const std::string& wrong, const std::vector<std::string>& candidates) {

@@ -6,8 +6,8 @@
 
 namespace brume {
 
-/// The candidate with the smallest edit distance, or empty if none is near (more than half the letters
-/// differ).
+/// The candidate with the smallest edit distance, or empty if none is near (more than a third of the
+/// letters differ; two that changed places count as one).
 std::string nearestName(const std::string& wrong, const std::vector<std::string>& candidates);
 
 /// " (did you mean 'x'?)", or " (there are: a, b, c)", or nothing if there are no candidates.

@@ -229,8 +229,18 @@ std::string writePreset(const Chain& chain) {
 void setParameter(Chain& chain, const std::string& path, const std::string& argument) {
     std::smatch match;
     static const std::regex form(R"(([^.\[\]]+)\.([^.\[\]]+)(\[(\d+)\]\.([^.\[\]]+))?)");
-    if (!std::regex_match(path, match, form))
-        failUsage("--set ", path, ": write effect.parameter=value or effect.list[0].field=value");
+    if (!std::regex_match(path, match, form)) {
+        std::vector<std::string> bare, whole;  // "visibility" without its effect
+        for (const Step& candidate : chain.steps)
+            for (const Parameter& p : candidate.effect->header.parameters)
+                bare.push_back(p.name), whole.push_back(candidate.id + "." + p.name);
+        const std::string near = nearestName(path.substr(0, path.find('[')), bare);
+        std::string meant;
+        for (size_t k = 0; k < bare.size() && !near.empty(); k++)
+            if (bare[k] == near) meant += (meant.empty() ? "" : "' or '") + whole[k];
+        failUsage("--set ", path, ": write effect.parameter=value or effect.list[0].field=value",
+                  meant.empty() ? "" : " (did you mean '" + meant + "'?)");
+    }
     std::string id = match[1], name = match[2];
     std::vector<std::string> ids, names;
     Step* step = nullptr;

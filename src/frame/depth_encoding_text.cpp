@@ -1,4 +1,6 @@
 // Depth encodings as people state them: ready-made names, the sidecar's keys, "opengl:near=.1,far=100".
+#include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "error.hpp"
@@ -47,6 +49,7 @@ const std::vector<ReadyMade>& readyMade() {
         {"kitti", linear(1 / 256., {0}), ""},                              // depth completion: 256 a metre
         {"sintel", linear(1, {}), ""},                                     // .dpt
         {"middlebury", ofKind(Kind::Disparity, {inf}), "focal_baseline"},  // PFM; "offset" is its doffs
+        {"kinect", linear(.001, {0}), ""},                                 // as SDKs and data sets save it
         {"realsense", linear(.001, {0}), ""},                              // the SDK's default unit
         {"millimetres", linear(.001, {0}), ""},
         {"unreal", linear(.01, {}, true), ""},  // world depth in cm
@@ -109,6 +112,9 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
     if (!base) failIo(where, ": there is no depth encoding ", name, suggestion(name, depthEncodingNames()));
     DepthEncoding e = base->encoding;
     std::istringstream required(base->required);
+    for (const auto& [key, value] : object.items())
+        if (std::find(keys.begin(), keys.end(), key) == keys.end())
+            failIo(where, ": there is no key ", key, suggestion(key, keys));
     for (std::string key; required >> key;)
         if (!object.contains(key)) failIo(where, ": the encoding ", name, " needs ", key, " (a number)");
     for (const auto& [key, value] : object.items()) {
@@ -149,8 +155,7 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
             e.unknown.clear();
             for (const json& v : value.is_array() ? value : json::array({value}))
                 e.unknown.push_back(number(v, key, where));
-        } else
-            failIo(where, ": there is no key ", key, suggestion(key, keys));
+        }
     }
     requireSense(e, where);
     return e;
@@ -158,7 +163,14 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
 
 DepthEncoding parseDepthEncoding(const std::string& text) {
     const size_t colon = text.find(':');
-    json object = {{"encoding", text.substr(0, colon)}};
+    const std::string name = text.substr(0, colon);
+    for (const std::string& known : depthEncodingNames())
+        if (name.size() > known.size() && name.starts_with(known) &&
+            !std::isalnum(static_cast<unsigned char>(name[known.size()])))
+            failUsage("depth encoding ", text, ": after ", known,
+                      " comes a colon, then key=value with commas, as in '", known,
+                      ":unknown=0,sky_beyond=500'");
+    json object = {{"encoding", name}};
     std::istringstream rest(colon == std::string::npos ? "" : text.substr(colon + 1));
     for (std::string item; std::getline(rest, item, ',');) {
         const size_t equals = item.find('=');

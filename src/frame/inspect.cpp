@@ -147,12 +147,37 @@ void doubtOverlay(Case& c) {
                            " × further: a weapon or display drawn at a depth range of its own");
 }
 
+// Numbers up to the top of their 16 bits and a gap below: what was farther than they reach, or not known, was
+// cut to the top, and so stands as a wall there. A depth buffer's numbers do crowd at their end.
+void doubtCeiling(Case& c) {
+    if (isDevice(c.encoding) || c.capture.stored.type() != CV_16U) return;
+    const cv::Mat asStored =
+        decodeDepth(c.capture.stored, c.encoding,
+                    c.capture.frame.camera.resized(c.capture.frame.size(), c.capture.stored.size()));
+    constexpr int top = 65535, pileFrom = top - top / 50, gapFrom = top / 2;
+    size_t known = 0, pile = 0, below = 0;
+    for (int j = 0; j < asStored.rows; ++j)
+        for (int i = 0; i < asStored.cols; ++i) {
+            if (!std::isfinite(asStored.at<float>(j, i))) continue;
+            const int stored = c.capture.stored.at<uint16_t>(j, i);
+            known++;
+            pile += stored >= pileFrom;
+            below += stored >= gapFrom && stored < pileFrom;
+        }
+    if (known == 0 || double(pile) < .01 * double(known) || double(below) > .1 * double(pile)) return;
+    c.doubt("ceiling",
+            percent(double(pile) / double(known)) +
+                " of the depth lies just under the largest number that 16 bits hold and hardly any in the "
+                "half below: what is farther, or unknown, was cut to it (say so: sky_at_or_above=" +
+                std::to_string(pileFrom) + " for sky, or unknown)");
+}
+
 }  // namespace
 
 const std::vector<std::string>& doubtNames() {
-    static const std::vector<std::string> names = {"polarity",  "disparity", "mirrored",
-                                                   "flipped",   "far plane", "scale",
-                                                   "quantised", "overlay",   "holes"};
+    static const std::vector<std::string> names = {"polarity",  "disparity", "mirrored",  "flipped",
+                                                   "far plane", "scale",     "quantised", "overlay",
+                                                   "ceiling",   "holes"};
     return names;
 }
 
@@ -217,6 +242,7 @@ std::vector<Doubt> findDoubts(const Capture& capture, const DepthEncoding& encod
     doubtScale(c);
     doubtQuantisation(c);
     doubtOverlay(c);
+    doubtCeiling(c);
     if (c.statistics.unknown > .5)
         c.doubt("holes", percent(c.statistics.unknown) + " of the depth is unknown");
     return doubts;

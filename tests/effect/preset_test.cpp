@@ -103,6 +103,7 @@ TEST(Preset, SetChangesOneValue) {
     EXPECT_TRUE(has(mistakeOf("contract.lamps[99999999999999999999].range", "1"), "1 rows"));
     EXPECT_TRUE(has(mistakeOf("contract.gain[0].range", "1"), "is no list"));
     EXPECT_TRUE(has(mistakeOf("contract", "1"), "write effect.parameter=value"));
+    EXPECT_TRUE(has(mistakeOf("gain", "1"), "did you mean 'contract.gain' or 'contract2.gain'?"));
     EXPECT_TRUE(has(mistakeOf("contract.gain", "7"), "out of range"));
 }
 

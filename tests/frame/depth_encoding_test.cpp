@@ -118,6 +118,12 @@ TEST(DepthEncoding, MistakesAreNamed) {
         return sentenceOf(ErrorKind::Usage, [&] { parseDepthEncoding(text); });
     };
     EXPECT_NE(usage("opengk:near=1,far=2").find("opengl"), std::string::npos);
+    EXPECT_NE(usage("kinekt").find("did you mean 'kinect'"), std::string::npos);
+    EXPECT_NE(usage("opneGL:near=1,far=2").find("did you mean 'opengl'"), std::string::npos);
+    EXPECT_NE(usage("pointcloud").find("there are: linear, device"), std::string::npos)
+        << usage("pointcloud");
+    EXPECT_NE(usage("opengl/direct3d").find("after opengl comes a colon"), std::string::npos);
+    EXPECT_NE(usage("opengl:nera=1").find("did you mean 'near'"), std::string::npos);
     EXPECT_NE(usage("opengl:near=1").find("far"), std::string::npos);
     EXPECT_NE(usage("opengl:near=5,far=2").find("not beyond near"), std::string::npos);
     EXPECT_NE(usage("linear:scale_to_meters=2").find("scale_to_metres"), std::string::npos);

@@ -144,9 +144,11 @@ TEST(Inspect, NamesFaultsAndStaysQuietOnTrueCaptures) {
         Copy truth;
         truth.capture = readCapture((captures / name).string());
         truth.encoding = truth.capture.stated ? *truth.capture.stated : *truth.capture.habit;
-        const std::set<std::string> quiet = doubtsOf(truth);
-        EXPECT_TRUE(quiet.empty()) << name << ": " << joined(quiet);
-        table += "| " + name + " | " + (quiet.empty() ? "quiet" : joined(quiet)) + " |";
+        const std::set<std::string> own = doubtsOf(truth);
+        // One capture has a fault of its own: its far depths are cut to the top of 16 bits.
+        const bool isCut = name == "lingbot/night_skatepark.jpg";
+        EXPECT_EQ(own, isCut ? std::set<std::string>{"ceiling"} : std::set<std::string>{}) << name;
+        table += "| " + name + " | " + (own.empty() ? "quiet" : joined(own) + ", rightly") + " |";
         for (size_t k = 0; k < faults().size(); ++k) {
             const std::optional<Copy> copy = faults()[k].make(truth);
             if (!copy) {

@@ -25,6 +25,7 @@ TEST_F(ApplyErrors, inputsThatCannotBeRead) {
     expectError("apply depth_fog noise.png -o o.png", 3, "noise.png");
     expectError("apply depth_fog . -o o.png", 2, "one file for");
     expectError("apply street.exr depth_fog -o o.png", 2, "the preset comes first");
+    expectError("convert street.exr -o street.npy", 2, "convert writes EXR");
     expectError("apply depth_fog 'none.####.exr' -o out/", 3, "none.####.exr");
     expectError("apply depth_fog 'none*.exr' -o out/", 3, "none*.exr");
 }

@@ -26,6 +26,18 @@ TEST_F(Apply, writesAPictureAndSaysWhere) {
     EXPECT_EQ(readImage(path("fog.png")).size(), cv::Size(48, 32));
 }
 
+TEST_F(Apply, fogThatHardlyShowsIsSaid) {
+    addFrame("street.exr");
+    const auto ran = brume(
+        "apply depth_fog street.exr -o fog.png --set depth_fog.measure=extinction --set "
+        "depth_fog.extinction=0,.05");
+    EXPECT_EQ(ran.status, 0);
+    EXPECT_THAT(ran.err,
+                HasSubstr("note: 'fog_extinction-0.png' looks much like its input: nine pixels in ten change "
+                          "by less than 1 of 255 steps; its surfaces lie at"));
+    EXPECT_THAT(ran.err, testing::Not(HasSubstr("extinction-.05")));
+}
+
 TEST_F(Apply, theFogIsTheFormula) {
     addFrame("street.exr");
     auto ran = brume(
@@ -97,8 +109,8 @@ TEST_F(Apply, aSweepIsTheSameAsItsSingleRuns) {
 
 TEST_F(Apply, aFolderGetsTheInputsName) {
     addFrame("street.exr");
-    ASSERT_EQ(brume("apply depth_fog street.exr -o out/").status, 0);
-    ASSERT_EQ(brume("apply depth_fog street.exr -o out --format png").status, 0);
+    EXPECT_THAT(brume("apply depth_fog street.exr -o out/").err, HasSubstr("--format png makes PNG"));
+    EXPECT_EQ(brume("apply depth_fog street.exr -o out --format png").err, "");
     EXPECT_EQ(files(), (std::set<std::string>{"street.exr", "out/street.exr", "out/street.png"}));
 }
 

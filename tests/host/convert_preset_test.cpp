@@ -65,12 +65,28 @@ TEST_F(ConvertPreset, StepsComeInTheirOrderAndWhatIsLostIsListed) {
                              "RESHADE_DEPTH_INPUT_IS_REVERSED=1", "bloom of the picture"})
         EXPECT_THAT(ran.out, HasSubstr(std::string(lost))) << ran.out;
     EXPECT_THAT(test::bytesOf(path("foggy.json")), HasSubstr("// Not carried: [Bessel_Bloom.fx] Debug=0"));
+    EXPECT_THAT(ran.out, HasSubstr("for the preset's far plane at 500, taken for metres"));
     for (const char* carried : {"FogStart", "K=", "Performance", "FAR_PLANE", "rainy"})
         EXPECT_THAT(ran.out, testing::Not(HasSubstr(carried)));
     // Without -o the preset alone is printed, fit for a file.
     EXPECT_EQ(brume("convert-preset foggy.ini").out, test::bytesOf(path("foggy.json")));
     addFrame("a.exr");
     EXPECT_EQ(brume("apply foggy.json a.exr -o a.png").status, 0);
+}
+
+TEST_F(ConvertPreset, SaysWhichFarPlaneItsDistancesAreFor) {
+    addText("plain.ini", "Techniques=SpiritFog\n[SpiritFog.fx]\nFogStart=0.1\n");
+    auto ran = brume("convert-preset plain.ini -o plain.json");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("far plane at 1000 m, ReShade's default"));
+    EXPECT_EQ(presetOf(test::bytesOf(path("plain.json")))["effects"][0]["far"], 1000);
+    ran = brume("convert-preset plain.ini --far 250");
+    EXPECT_THAT(ran.out, HasSubstr("// Its distances are for a far plane at 250 m"));
+    EXPECT_EQ(presetOf(ran.out)["effects"][0]["far"], 250);
+    addText("foggy.ini", foggy);
+    ran = brume("convert-preset foggy.ini --far 250");  // over what the preset defines
+    EXPECT_NEAR(presetOf(ran.out)["effects"][0]["power_distance"].get<double>(), 249 / 4., 1e-3);
+    expectError("convert-preset plain.ini --far 0", 2, "--far");
 }
 
 // AdaptiveFog and Spirit Fog as their formulas say, in display values, on ReShade's linear depth.

@@ -37,6 +37,9 @@ TEST_F(Tools, infoShowsUnitsRangesChoices) {
          {"visibility", "number in m", "exponential squared", "default", "Where it breaks"})
         EXPECT_THAT(ran.out, HasSubstr(part));
     EXPECT_THAT(ran.out, testing::Not(HasSubstr("[]")));
+    const size_t example = ran.out.find("brume apply depth_fog FRAME -o OUT.png --set depth_fog.");
+    EXPECT_LT(example, ran.out.find("Parameters")) << "what to type comes before what there is to read";
+    EXPECT_LT(ran.out.find("visibility_100"), ran.out.find("Passes"));
     ran = brume("info visibility_200");
     EXPECT_EQ(ran.status, 0) << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("\"visibility\": 200"));
