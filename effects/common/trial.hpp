@@ -1,5 +1,5 @@
-// Methods tried on some of a frame's rays by the CPU half itself: a tile of rays from all over the frame costs
-// what a tile of neighbours does, so hundreds of rays are some thousandths of a frame.
+// Methods tried on some of a frame's rays by the CPU half itself: a tile of rays from all over the frame
+// costs what a tile of neighbours does, so hundreds of rays are some thousandths of a frame.
 #pragma once
 
 #include <algorithm>
@@ -124,9 +124,9 @@ inline std::vector<int> trialSteps(int most) {
     return numbers;
 }
 
-/// The cheapest option whose error is within the tolerance; if none is, the most exact of those with most steps.
-/// `errorOf(option, enough)` may give up beyond `enough`. Too few steps may hit by luck, and the next number
-/// not: where steps are chosen, two numbers of a method in a row have to do.
+/// The cheapest option whose error is within the tolerance; if none is, the most exact of those with most
+/// steps. `errorOf(option, enough)` may give up beyond `enough`. Too few steps may hit by luck, and the next
+/// number not: where steps are chosen, two numbers of a method in a row have to do.
 template <class ErrorOf>
 TrialChoice cheapest(std::vector<TrialOption> options, double tolerance, bool choosesSteps,
                      const ErrorOf& errorOf) {

@@ -235,8 +235,7 @@ BRUME_INLINE void fogTile(const NoiseFog& p, const Constants& k, const float* de
     }
     for (int i = 0; i < count; i++) {
         const float unit = 1.0f / t.length[i];
-        t.relative[i] =
-            k.product.mean(t.ray[0][i] * unit, t.ray[1][i] * unit, t.ray[2][i] * unit, t.L[i]);
+        t.relative[i] = k.product.mean(t.ray[0][i] * unit, t.ray[1][i] * unit, t.ray[2][i] * unit, t.L[i]);
         t.noise[i] = 0;
     }
     densityTile(p, k, count, t);

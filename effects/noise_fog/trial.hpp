@@ -105,8 +105,9 @@ class RayTrial {
         if (p_.where != alongTheRay) return 0;
         return trial_.error(procedural, steps, enough) + trial_.doubt();
     }
-    /// Where the noise takes the last of the fog away, holes in it may have edges as hard as the fog is dense: how
-    /// visible it is at most that they lie elsewhere, the noise being off by what so many steps cost and `error`.
+    /// Where the noise takes the last of the fog away, holes in it may have edges as hard as the fog is
+    /// dense: how visible it is at most that they lie elsewhere, the noise being off by what so many steps
+    /// cost and `error`.
     double atEdge(int steps, double error) const {
         if (p_.mode != subtractive || !(p_.strength > 1) || noise_.empty()) return 0;
         std::vector<float> off(trial_.tiles(), 0.0f);

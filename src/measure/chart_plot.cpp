@@ -16,6 +16,13 @@ PlotPoint pointOf(const ChartRow& row) {
     return {row.milliseconds, std::max(row.error.worst, leastShown), row.low, row.high, ""};
 }
 
+// What the numbers at a line's ends are stands behind its name.
+std::string seriesName(const ChartRow& row) {
+    std::string knob = row.knob;
+    std::replace(knob.begin(), knob.end(), '_', ' ');
+    return knob.empty() ? row.method : text(row.method, " (", knob, ")");
+}
+
 PlotPanel panelOf(const std::vector<ChartRow>& rows, const std::string& caseName, const std::string& backend,
                   const std::string& title) {
     PlotPanel panel;
@@ -31,11 +38,11 @@ PlotPanel panelOf(const std::vector<ChartRow>& rows, const std::string& caseName
         if (!isHere || !row.problem.empty() || !row.hasError) continue;
         if (row.onFrontier) frontier.points.push_back(pointOf(row));
         auto& all = row.isPeer() ? peers : methods;
-        auto found = std::find_if(all.begin(), all.end(), [&](auto& s) { return s.name == row.method; });
+        auto found = std::find_if(all.begin(), all.end(), [&](auto& s) { return s.name == seriesName(row); });
         if (found == all.end())
             found = all.insert(
                 all.end(),
-                {row.method, row.isPeer() ? PlotSeries::Kind::Points : PlotSeries::Kind::Line, {}});
+                {seriesName(row), row.isPeer() ? PlotSeries::Kind::Points : PlotSeries::Kind::Line, {}});
         found->points.push_back(pointOf(row));
         // The knob at both ends says which way the line runs.
         if (!row.knob.empty()) found->points.back().label = row.value;

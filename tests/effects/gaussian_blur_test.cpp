@@ -124,8 +124,8 @@ TEST(GaussianBlur, AStepBecomesTheIntegralOfTheKernel) {
             expectStep(gaussian(method, radius), trueGaussian(radius, reachOf(radius)), 5.1e-4);
 }
 
-// Not box: there each of three boxes replicates its own edges. Not auto: it may choose otherwise for the larger
-// image.
+// Not box: there each of three boxes replicates its own edges. Not auto: it may choose otherwise for the
+// larger image.
 TEST(GaussianBlur, EdgesReplicateAlsoOfImagesNarrowerThanTheKernel) {
     for (const char* method : {"fir", "recursive", "decimated", "pascal"})
         for (double radius : {.7, 3., 9., 25.}) {

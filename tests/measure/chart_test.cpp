@@ -218,8 +218,11 @@ TEST(ChartPage, CasesOfOneMethodEachShareAPanel) {
     for (const auto& s : page.panels[0].series) names.push_back(s.name);
     EXPECT_EQ(names, (std::vector<std::string>{"a", "b", "peer, a"}));
     rows.push_back(row("b", "y", "cpu", 4, .05));
+    rows.back().knob = "table_size", rows.back().value = "8";
     markFrontiers(rows);
-    EXPECT_EQ(chartPlot(rows).panels.size(), 2u);
+    page = chartPlot(rows);
+    ASSERT_EQ(page.panels.size(), 2u);
+    EXPECT_EQ(page.panels[1].series.back().name, "y (table size)") << "what the numbers at its ends are";
 }
 
 TEST(ChartPage, HoldsEveryChartOfAFolder) {
