@@ -342,7 +342,7 @@ void addApply(CLI::App& program) {
     command
         ->add_option("--fps", a->framesPerSecond, "Frames a second, where the capture does not say its time")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(numberIn(1e-6, 1e6));
     command->add_option("--jobs", a->jobs, "Frames worked on at once (default: one a processor)")
         ->check(CLI::Range(1, 1024));
     command->add_option("--memory", a->memory,

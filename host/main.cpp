@@ -19,7 +19,10 @@ using namespace brume;
 namespace {
 
 int fail(const std::string& sentence, ErrorKind kind) {
-    std::cerr << "brume: " << host::printable(sentence) << "\n";
+    // A file may quote itself at any length.
+    constexpr size_t most = 4000;
+    const std::string shown = sentence.size() > most ? sentence.substr(0, most) + " ..." : sentence;
+    std::cerr << "brume: " << host::printable(shown) << "\n";
     return int(kind);
 }
 

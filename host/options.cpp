@@ -48,7 +48,7 @@ void FrameOptions::addTo(CLI::App& command) {
     command.add_option("--color", color,
                        "What the colour file holds: srgb or linear (default: by its format)");
     command.add_option("--max-pixels", maxPixels, "Refuse images of more pixels, before memory is taken")
-        ->check(CLI::Range(1., 1e12))
+        ->check(numberIn(1, 1e12))
         ->default_str("2^28");
 }
 
@@ -65,11 +65,22 @@ ReadOptions FrameOptions::read() const {
     return options;
 }
 
+CLI::Validator numberIn(double least, double most) {
+    const std::string range = text("in [", least, " - ", most, "]");
+    return CLI::Validator(
+        [=](std::string& word) {
+            double number = 0;
+            const bool isIn = CLI::detail::lexical_cast(word, number) && number >= least && number <= most;
+            return isIn ? "" : text("Value ", word, " not ", range);
+        },
+        "FLOAT " + range);
+}
+
 void addPassSeconds(CLI::App& command) {
     command
         .add_option_function<double>("--pass-seconds", setPassLimit,
                                      "Give up where one pass of a shader takes longer")
-        ->check(CLI::Range(.1, 1e6))
+        ->check(numberIn(.1, 1e6))
         ->default_str(text(passLimit()));
 }
 

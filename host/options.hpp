@@ -23,6 +23,9 @@ struct FrameOptions {
 /// --size, "1920x1080", up to 2^26 pixels. Throws Error (Usage).
 cv::Size parseSize(const std::string& size);
 
+/// As CLI::Range, which lets NaN pass.
+CLI::Validator numberIn(double least, double most);
+
 /// --pass-seconds, which holds for the whole process: of every command that runs shaders.
 void addPassSeconds(CLI::App& command);
 

@@ -57,7 +57,7 @@ void addPreview(CLI::App& program) {
                         "What the colour file holds: srgb or linear (default: by its format)");
     command->add_option("--fps", o.words.framesPerSecond, "Frames a second of a sequence without timestamps")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(numberIn(1e-6, 1e6));
     command
         ->add_option(
             "--backend", o.backend,

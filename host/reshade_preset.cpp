@@ -1,9 +1,10 @@
 #include "reshade_preset.hpp"
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 
 #include "error.hpp"
+#include "frame/image_file.hpp"
 
 namespace brume::host {
 namespace {
@@ -53,8 +54,7 @@ std::vector<std::string> sorted(std::vector<std::string> on, const std::vector<s
 }  // namespace
 
 ReshadePreset readReshadePreset(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    if (!in) failIo(path, ": cannot be read");
+    std::istringstream in(readText(path, 4));
     ReshadePreset preset;
     preset.path = path;
     auto* section = &preset.global;
@@ -71,7 +71,6 @@ ReshadePreset readReshadePreset(const std::string& path) {
         const std::string key = trimmed(line.substr(0, equals));
         (*section)[key] = {equals == std::string::npos ? "" : trimmed(line.substr(equals + 1)), number};
     }
-    if (in.bad()) failIo(path, ": cannot be read");
     if (!preset.global.count("Techniques"))
         failUsage(path, ": is no ReShade preset: no line 'Techniques=' says which effects are on");
     for (const auto& name :

@@ -11,21 +11,51 @@ namespace brume {
 
 using nlohmann::json;
 
-json parseJson(std::string_view text) {
-    std::vector<std::set<std::string>> keys(1);  // of each object that is open
-    const auto watch = [&](int depth, json::parse_event_t event, json& parsed) {
-        const size_t level = size_t(depth);
-        if (event == json::parse_event_t::object_start || event == json::parse_event_t::array_start) {
-            if (depth >= deepestJson) failUsage("is nested deeper than ", deepestJson, " brackets");
-            if (keys.size() < level + 2) keys.resize(level + 2);
-            keys[level + 1].clear();
-        }
-        if (event == json::parse_event_t::key && !keys[level].insert(parsed.get<std::string>()).second)
-            failUsage("says \"", parsed.get<std::string>(), "\" twice");
+namespace {
+
+// Reads without keeping anything. (The library's own callback does as well, but then goes through an array
+// once for each of its objects.)
+class Checks final : public json::json_sax_t {
+  public:
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(number_integer_t) override { return true; }
+    bool number_unsigned(number_unsigned_t) override { return true; }
+    bool number_float(number_float_t, const string_t&) override { return true; }
+    bool string(string_t&) override { return true; }
+    bool binary(binary_t&) override { return true; }
+    bool start_object(size_t) override { return open(); }
+    bool end_object() override { return close(); }
+    bool start_array(size_t) override { return open(); }
+    bool end_array() override { return close(); }
+    bool key(string_t& name) override {
+        if (!keys_.back().insert(name).second) failUsage("says \"", name, "\" twice");
         return true;
-    };
+    }
+    bool parse_error(size_t, const std::string&, const json::exception&) override {
+        return false;  // json::parse will say it
+    }
+
+  private:
+    bool open() {
+        if (keys_.size() == deepestJson) failUsage("is nested deeper than ", deepestJson, " brackets");
+        keys_.emplace_back();
+        return true;
+    }
+    bool close() {
+        keys_.pop_back();
+        return true;
+    }
+    std::vector<std::set<std::string>> keys_;  // of each object that is open
+};
+
+}  // namespace
+
+json parseJson(std::string_view text) {
+    Checks checks;
+    json::sax_parse(text.begin(), text.end(), &checks, json::input_format_t::json, true, true);
     try {
-        return json::parse(text.begin(), text.end(), watch, true, true);
+        return json::parse(text.begin(), text.end(), nullptr, true, true);
     } catch (const json::out_of_range& e) {
         failUsage("holds a number that no double can hold: ", reasonOf(e));
     }

@@ -15,6 +15,8 @@ using json = nlohmann::json;
 
 namespace {
 
+constexpr size_t mostParameters = 1024, mostPasses = 256;
+
 Pass readPass(const json& object, const Where& where) {
     if (!object.is_object()) {
         if (where.strict) where.fail("each must be an object");
@@ -209,6 +211,9 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
     } catch (const json::exception& error) {
         where.fail("a value has the wrong type: ", reasonOf(error));
     }
+    for (const auto& [what, count, most] : {std::tuple("INPUTS", header.parameters.size(), mostParameters),
+                                            std::tuple("PASSES", header.passes.size(), mostPasses)})
+        if (count > most) where.fail(count, " ", what, "; at most ", most);
     if (where.strict) {
         checkNamesDiffer(header, where);
         checkDerivedSources(header, where);

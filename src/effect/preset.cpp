@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 using json = nlohmann::json;
 using ordered = nlohmann::ordered_json;
 
+constexpr size_t mostSteps = 256;
 static const std::vector<std::string> stepKeys = {"effect", "id", "input", "output", "enabled"};
 
 static Step makeStep(const std::shared_ptr<const Effect>& effect) {
@@ -38,6 +39,8 @@ static Step parseStep(const json& object, const std::string& where, const Effect
     if (!object.is_object() || !object.contains("effect"))
         failUsage(where, ": each must be an object with an \"effect\"");
     std::string name = textOf(object, "effect", where);
+    if (std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < ' '; }))
+        failUsage(where, ": an effect's name holds no control characters");
     const auto listed = registry.names();
     const bool isListed = std::find(listed.begin(), listed.end(), name) != listed.end();
     if (!isListed && (name.find('/') != std::string::npos || name.ends_with(".fs") || isFolder(name)))
@@ -158,6 +161,8 @@ Chain parsePreset(const std::string& jsonText, const std::string& where, const E
     parsePolicy(preset, chain, where);
     if (!preset.contains("effects") || !preset["effects"].is_array())
         failUsage(where, ": \"effects\" must be an array");
+    if (preset["effects"].size() > mostSteps)
+        failUsage(where, ": ", preset["effects"].size(), " effects; at most ", mostSteps);
     for (size_t k = 0; k < preset["effects"].size(); k++)
         chain.steps.push_back(parseStep(preset["effects"][k], text(where, ": effects[", k, "]"), registry));
     makeIdsDiffer(chain, where);

@@ -35,6 +35,15 @@ std::vector<unsigned char> readBytes(const std::string& path, size_t limit) {
     return bytes;
 }
 
+std::string readText(const std::string& path, int mostMebibytes) {
+    const size_t most = size_t(mostMebibytes) << 20;
+    const std::vector<unsigned char> bytes = readBytes(path, most + 1);
+    if (bytes.size() > most) failIo(path, ": holds more than ", mostMebibytes, " MiB of text");
+    if (std::find(bytes.begin(), bytes.end(), 0) != bytes.end())
+        failIo(path, ": is no text: it holds zero bytes");
+    return {bytes.begin(), bytes.end()};
+}
+
 void writeBytes(const std::string& path, const std::vector<std::span<const unsigned char>>& pieces) {
     std::ofstream out(path, std::ios::binary);
     for (const auto& bytes : pieces)

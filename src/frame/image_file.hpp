@@ -53,6 +53,9 @@ StoredImage loadThroughOpenImageIo(const std::string& path, size_t maxPixels);
 
 /// The whole file, at most `limit` bytes. Throws Error (Io).
 std::vector<unsigned char> readBytes(const std::string& path, size_t limit = SIZE_MAX);
+/// A whole text file, which must be a regular one of at most so many MiB, without zero bytes. Throws Error
+/// (Io).
+std::string readText(const std::string& path, int mostMebibytes);
 /// The pieces in order. Throws Error (Io); what was written stays (see PendingFile).
 void writeBytes(const std::string& path, const std::vector<std::span<const unsigned char>>& pieces);
 

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <sstream>
 
 #include "error.hpp"
 #include "file_status.hpp"
+#include "frame/image_file.hpp"
 #include "frame/pairing.hpp"
 
 namespace brume {
@@ -127,8 +127,10 @@ class SpokenOf {
         for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error))
             if (entry.path().extension() == ".json" && (first.empty() || entry.path() < first))
                 first = entry.path();
-        std::ifstream in(first);
-        if (!first.empty()) sidecar_.assign(std::istreambuf_iterator<char>(in), {});
+        try {
+            if (!first.empty()) sidecar_ = readText(first, 64);
+        } catch (const Error&) {  // whoever reads its frame says why
+        }
     }
     bool operator()(const fs::path& path) const {
         const fs::path owner = path.stem().stem();  // NAME.sun.exr beside NAME.json
@@ -186,8 +188,7 @@ std::vector<std::string> globbed(const std::string& name) {
 bool isList(const std::string& name) { return fs::path(name).extension() == ".txt"; }
 
 std::vector<FrameFiles> readList(const std::string& name) {
-    std::ifstream in(name);
-    if (!in) failIo(name, ": there is no such list");
+    std::istringstream in(readText(name, 64));
     const fs::path folder = fs::path(name).parent_path();
     std::vector<FrameFiles> frames;
     int lineNumber = 0;

@@ -89,10 +89,10 @@ Sidecar readSidecar(const std::string& imagePath) {
     const fs::path path = fs::path(imagePath).replace_extension(".json");
     if (!isThere(path) || path == imagePath) return sidecar;
     sidecar.path = path.string();
-    const std::vector<unsigned char> bytes = readBytes(sidecar.path, size_t(64) << 20);
+    const std::string content = readText(sidecar.path, 64);
     json root;
     try {
-        root = parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        root = parseJson(content);
     } catch (const Error& e) {
         failIo(sidecar.path, ": ", e.what());
     } catch (const json::exception& e) {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include "error.hpp"
 #include "file_status.hpp"
+#include "frame/image_file.hpp"
 #include "frame/read.hpp"
 #include "gl/rows_buffer.hpp"
 #include "gl/shader_source.hpp"
@@ -24,13 +24,6 @@ std::string vertexFile(const EffectHeader& header) {
         if (isFile(path)) return path.string();
     }
     return {};
-}
-
-std::string readText(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::string content((std::istreambuf_iterator<char>(in)), {});
-    if (!in) failIo(path, ": cannot be read");
-    return content;
 }
 
 // Declared once here, so that what an author declares again can be left out.
@@ -171,7 +164,7 @@ ShaderText vertexShader(const EffectHeader& header, size_t pass, const std::stri
                         const IsfUses& fragment) {
     IsfUses uses;
     std::string body =
-        path.empty() ? "" : rewriteIsf(readText(path), IsfStage::Vertex, hostNames(header), uses);
+        path.empty() ? "" : rewriteIsf(readText(path, 8), IsfStage::Vertex, hostNames(header), uses);
     std::string source = head(header, pass, 1) + vertexDeclarations;
     if (uses.identifiers.count("gl_TexCoord")) source += "out vec4 isf_TexCoord[8];\n";
     std::string assignments;

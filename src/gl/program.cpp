@@ -35,10 +35,11 @@ GLuint compile(const GlFunctions& gl, const ShaderText& stage) {
 std::string mapShaderLog(const std::string& log, const std::vector<std::string>& files) {
     // Mesa: "0:12(5): error"; NVIDIA: "0(12) : error"; AMD and Intel: "ERROR: 0:12: ".
     static const std::regex place(
-        R"(^((?:ERROR|WARNING): )?(\d+)(?::(\d+)(?:\(\d+\))?|\((\d+)\))\s*:\s*(.*)$)");
+        R"(^((?:ERROR|WARNING): )?(\d{1,9})(?::(\d+)(?:\(\d+\))?|\((\d+)\))\s*:\s*(.*)$)");
     std::istringstream lines(log);
     std::string mapped, line;
     for (int count = 0; count < 10 && std::getline(lines, line);) {
+        line.resize(std::min<size_t>(line.size(), 500));  // a long one would take std::regex's stack
         std::smatch match;
         if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
         if (std::regex_match(line, match, place)) {
