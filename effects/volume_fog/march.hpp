@@ -1,8 +1,10 @@
 // The CPU march, step by step; same names and numbered steps as volume_fog.fs. Every loop over a tile is
-// plain, and vectorises.
+// plain, and vectorises; where it goes through pointers, BRUME_APART says that their memory is not the same.
 #pragma once
 
 #include "volume_fog/tile.hpp"
+
+#define BRUME_APART _Pragma("GCC ivdep")
 
 namespace volume_fog {
 
@@ -33,6 +35,7 @@ BRUME_VECTORISE inline void lookUpNoise(const March& m, const float* at, float* 
     const float inverseSize = 1.0f / m.p.noise_size;
     const brume::NoiseLattice lattice = m.lattice;
     const cv::Vec3f f = m.noiseFraction;
+    BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float way = at[x] * inverseSize;
         const float n = brume::simplexNoise(f[0] + tile.dx[x] * way, f[1] + tile.dy[x] * way,
@@ -60,14 +63,16 @@ BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, co
     const int first = i / m.p.noise_every * m.p.noise_every;
     const float inverseEvery = 1.0f / float(m.p.noise_every);
     const float strength = noiseStrength(m);
+    const float lowest = 1.0f + least(strength, 0.0f), highest = 1.0f + most(strength, 0.0f);
     if (m.p.method != Jittered) {  // every pixel is as far between the knots
         const float f = (float(i - first) + tile.u[0]) * inverseEvery;
         const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
         const float wa = f * g * h * -0.166666667f, wb = e * g * h * 0.5f, wc = e * f * h * -0.5f,
                     wd = e * f * g * 0.166666667f;
+        BRUME_APART
         for (int x = 0; x < tileWidth; x++) {
             const float n = (wa * a[x] + wb * b[x]) + (wc * c[x] + wd * d[x]);
-            tile.noise[x] = 1.0f + strength * clampUnit(n);
+            tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
         }
         return;
     }
@@ -76,7 +81,7 @@ BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, co
         const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
         const float n =
             (e * (g * h * b[x] - f * h * c[x])) * 0.5f + (f * g * (e * d[x] - h * a[x])) * 0.166666667f;
-        tile.noise[x] = 1.0f + strength * clampUnit(n);
+        tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
     }
 }
 
@@ -108,6 +113,7 @@ BRUME_VECTORISE inline void placeNoise(March& m, int i) {
 template <bool edges, bool linear, bool exponential>
 BRUME_INLINE void addVolumeLoop(Tile& tile, const VolumeTile& volume, float* depths) {
     const float* v = volume.rows;
+    BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float from = most(volume.enter[x], tile.t0[x]);
         const float length = most(least(volume.leave[x], tile.t1[x]) - from, 0.0f);
@@ -168,29 +174,29 @@ BRUME_VECTORISE inline void addVolume(Tile& tile, const VolumeTile& volume, bool
 // 8. Light that reaches the step: ambient, sun unless in shadow ...
 BRUME_VECTORISE inline void shadeStep(March& m) {
     Tile& tile = m.tile;
-    if (!m.hasShadow) {
+    int isOnMap = 0;
+    for (int x = 0; x < tileWidth; x++)
+        isOnMap |= (tile.at[x] >= tile.mapEnter[x]) & (tile.at[x] <= tile.mapLeave[x]);
+    if (!isOnMap) {
         for (int x = 0; x < tileWidth; x++) tile.sun[x] = 1;
         return;
     }
     const float* r = m.shadowRows;
     const float width = float(m.shadowMap.cols), height = float(m.shadowMap.rows);
-    const int columns = m.shadowMap.cols;
+    const float* map = m.shadowMap.ptr<float>();
+    const uint32_t rowFloats = uint32_t(m.shadowMap.step1());
+    const float shaded = 1.0f - m.p.shadow_strength;
+    BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float u = (r[3] + tile.shadowU[x] * tile.at[x]) * width;
         const float v = (r[7] + tile.shadowV[x] * tile.at[x]) * height;
-        const bool isOnMap = (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height);
-        const int32_t i = int32_t(least(most(u, 0.0f), width - 1.0f));
-        const int32_t j = int32_t(least(most(v, 0.0f), height - 1.0f));
-        tile.texel[x] = 4 * (j * columns + i);
-        tile.isOnMap[x] = isOnMap ? 1.0f : 0.0f;
-    }
-    const float* map = m.shadowMap.ptr<float>();
-    for (int x = 0; x < tileWidth; x++) tile.texelDepth[x] = map[tile.texel[x]];
-    const float strength = m.p.shadow_strength;
-    for (int x = 0; x < tileWidth; x++) {
         const float d = r[11] + tile.shadowD[x] * tile.at[x];
-        const bool isShadowed = (d > tile.texelDepth[x]) & (d <= 1.0f);
-        tile.sun[x] = 1.0f - (isShadowed ? strength * tile.isOnMap[x] : 0.0f);
+        const uint32_t i = uint32_t(int32_t(least(most(u, 0.0f), width - 1.0f)));
+        const uint32_t j = uint32_t(int32_t(least(most(v, 0.0f), height - 1.0f)));
+        const float nearest = map[j * rowFloats + 4 * i];
+        const bool isShadowed =
+            (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height) & (d > nearest) & (d <= 1.0f);
+        tile.sun[x] = isShadowed ? shaded : 1.0f;
     }
 }
 
@@ -224,65 +230,63 @@ BRUME_INLINE float angleOf(float sine, float cosine) {
 // 8.2 ... and each lamp: its mean over the part of the step that is within its range. By midpoint, or
 // (equiangular) with 1/(distance² + core²) integrated exactly as the angle it subtends, the rest taken at the
 // angle's middle.
-template <bool equiangular>
-BRUME_INLINE void meanOfLamp(const Tile& tile, const LampTile& lamp, float* mean, float* beyonds) {
+template <bool equiangular, bool isotropic>
+BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float anisotropy) {
     const float* l = lamp.rows;
+    const float g = std::abs(anisotropy), side = anisotropy < 0 ? -1.0f : 1.0f;
+    BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float from = most(lamp.enter[x], tile.t0[x]);
         const float length = most(least(lamp.leave[x], tile.t1[x]) - from, 0.0f);
         const float a = from - lamp.along[x], b = a + length;  // m past the closest approach
-        const float share = l[7] / most(tile.t1[x] - tile.t0[x], 1e-30f);
+        const float step = most(tile.t1[x] - tile.t0[x], 1e-30f);
+        float beyond, mean;
         if constexpr (equiangular) {
             const float core2 = lamp.apart2[x] + l[11], core = std::sqrt(core2);
             const float ra = std::sqrt(core2 + a * a), rb = std::sqrt(core2 + b * b);
-            const float beyond = (a * rb + b * ra) / (ra + rb);
+            beyond = (a * rb + b * ra) / (ra + rb);
             const float angle = angleOf(core * length, core2 + a * b);
             const float distance2 = lamp.apart2[x] + beyond * beyond;
             const float attenuation = l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2;
-            mean[x] = share * (angle / core) * ((core2 + beyond * beyond) / attenuation);
-            beyonds[x] = beyond;
+            mean = l[7] / step * (angle / core) * ((core2 + beyond * beyond) / attenuation);
         } else {
-            const float beyond = a + tile.u[x] * length;
+            beyond = a + tile.u[x] * length;
             const float distance2 = lamp.apart2[x] + beyond * beyond;
-            mean[x] = share * length / (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2);
-            beyonds[x] = beyond;
+            mean = l[7] * length / (step * (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2));
         }
+        if constexpr (isotropic) {
+            mean *= 0.25f;
+        } else {
+            // The versine of the angle to the lamp, without cancellation looking into it.
+            const float c = beyond * side;
+            const float distance = most(std::sqrt(lamp.apart2[x] + c * c), 1e-18f);
+            const float versine =
+                c < 0.0f ? lamp.apart2[x] / (distance * (distance - c)) : 1.0f + c / distance;
+            mean *= scatteredShare(phase, g, versine);
+        }
+        tile.lightRed[x] += mean * l[4];
+        tile.lightGreen[x] += mean * l[5];
+        tile.lightBlue[x] += mean * l[6];
     }
 }
 
 BRUME_VECTORISE inline void addLamp(March& m, const LampTile& lamp) {
-    Tile& tile = m.tile;
-    const float g = std::abs(m.p.anisotropy), side = m.p.anisotropy < 0 ? -1.0f : 1.0f;
-    Lanes mean, beyonds;
-    if (m.p.method == Equiangular)
-        meanOfLamp<true>(tile, lamp, mean, beyonds);
+    const bool isEquiangular = m.p.method == Equiangular, isIsotropic = m.p.phase == Isotropic;
+    if (isEquiangular && isIsotropic)
+        addLampLoop<true, true>(m.tile, lamp, Isotropic, 0);
+    else if (isEquiangular)
+        addLampLoop<true, false>(m.tile, lamp, m.p.phase, m.p.anisotropy);
+    else if (isIsotropic)
+        addLampLoop<false, true>(m.tile, lamp, Isotropic, 0);
     else
-        meanOfLamp<false>(tile, lamp, mean, beyonds);
-    if (m.p.phase == Isotropic) {
-        for (int x = 0; x < tileWidth; x++) mean[x] *= 0.25f;
-    } else {
-        for (int x = 0; x < tileWidth; x++) {
-            // The versine of the angle to the lamp, without cancellation looking into it.
-            const float b = beyonds[x] * side;
-            const float distance = most(std::sqrt(lamp.apart2[x] + b * b), 1e-18f);
-            const float versine =
-                b < 0.0f ? lamp.apart2[x] / (distance * (distance - b)) : 1.0f + b / distance;
-            mean[x] *= scatteredShare(m.p.phase, g, versine);
-        }
-    }
-    const float* l = lamp.rows;
-    for (int x = 0; x < tileWidth; x++) {
-        tile.lightRed[x] += mean[x] * l[4];
-        tile.lightGreen[x] += mean[x] * l[5];
-        tile.lightBlue[x] += mean[x] * l[6];
-    }
+        addLampLoop<false, false>(m.tile, lamp, m.p.phase, m.p.anisotropy);
 }
 
-// Lamps that no ray of the tile is near during step i add nothing.
+// Lamps that no ray of the tile is near during step i (or one beside it, for rounding) add nothing.
 inline void addLamps(March& m, int i) {
-    const float first = m.tile.beginFirst, last = m.tile.beginLast + m.tile.strideLast * float(i + 1);
     for (int k = 0; k < m.lampCount; k++)
-        if (m.lamps[k].first <= last && m.lamps[k].last >= first) addLamp(m, m.lamps[k]);
+        if (float(i) + 2.0f > m.lamps[k].firstStep && float(i) - 1.0f < m.lamps[k].lastStep)
+            addLamp(m, m.lamps[k]);
 }
 
 // Falloffs that have not begun on any ray of the tile by the end of step i are factors of 1.
@@ -318,9 +322,9 @@ BRUME_VECTORISE inline void addStep(Tile& tile) {
 }
 
 BRUME_VECTORISE inline bool isSaturated(const Tile& tile) {
-    float open = 0;
-    for (int x = 0; x < tileWidth; x++) open = most(open, tile.stop[x] - tile.depth[x]);
-    return !(open > 0.0f);
+    int isOpen = 0;
+    for (int x = 0; x < tileWidth; x++) isOpen |= tile.stop[x] - tile.depth[x] > 0.0f;
+    return !isOpen;
 }
 
 }  // namespace volume_fog

@@ -38,7 +38,7 @@ struct LampTile {
     alignas(64) Lanes along, apart2;  // m to its closest approach, and its distance² there
     Lanes enter, leave;               // m, within range
     const float* rows;
-    float first, last;
+    float firstStep, lastStep;  // of the march, whose rays come within its range
 };
 
 // What a march carries for each pixel.
@@ -49,16 +49,15 @@ struct Tile {
     Lanes red, green, blue;             // in-scattered so far
     Lanes sunRed, sunGreen, sunBlue;    // sunlight scattered towards the eye where there is no shadow
     Lanes shadowU, shadowV, shadowD;    // way through the shadow map per m
+    Lanes mapEnter, mapLeave;           // m: there the ray is within the shadow map, or a little beyond
     // of the current step
     Lanes t0, t1, at, u, noise;  // m, m, m, 0..1, factor
     Lanes knots[4];              // noise round the step, when it is not looked up at every one
     Lanes stepDepth, albedoRed, albedoGreen, albedoBlue;
     Lanes lightRed, lightGreen, lightBlue;
     Lanes sun;  // share of sunlight that arrives
-    int32_t texel[tileWidth];
-    Lanes isOnMap, texelDepth;
     int column = 0, row = 0;
-    float beginFirst = 0, beginLast = 0, strideLast = 0;
+    float beginLast = 0, strideLast = 0;
 };
 
 struct March {
@@ -189,14 +188,13 @@ BRUME_VECTORISE inline void clipVolumes(March& m, int steps) {
         volume.last = last;
     }
     const float share = 1.0f / float(steps);
-    tile.beginFirst = 3e38f, tile.beginLast = 0, tile.strideLast = 0;
+    tile.beginLast = 0, tile.strideLast = 0;
     for (int x = 0; x < tileWidth; x++) {
         tile.begin[x] = tile.begin[x] < end[x] ? tile.begin[x] : 0.0f;
         tile.stride[x] = (end[x] - tile.begin[x]) * share;
         tile.stride[x] = most(tile.stride[x], 0.0f);
     }
     for (int x = 0; x < tileWidth; x++) {
-        tile.beginFirst = least(tile.beginFirst, tile.begin[x]);
         tile.beginLast = most(tile.beginLast, tile.begin[x]);
         tile.strideLast = most(tile.strideLast, tile.stride[x]);
     }
@@ -209,7 +207,6 @@ BRUME_VECTORISE inline void passLamps(March& m) {
         LampTile& lamp = m.lamps[k];
         const float* l = lamp.rows;
         const float range2 = l[3] * l[3];
-        float first = 3e38f, last = 0;
         for (int x = 0; x < tileWidth; x++) {
             const float along = l[0] * tile.dx[x] + l[1] * tile.dy[x] + l[2] * tile.dz[x];
             const float ax = l[0] - along * tile.dx[x], ay = l[1] - along * tile.dy[x],
@@ -221,12 +218,13 @@ BRUME_VECTORISE inline void passLamps(March& m) {
             lamp.enter[x] = along - half;
             lamp.leave[x] = half > 0.0f ? along + half : -1.0f;
         }
+        lamp.firstStep = 3e38f, lamp.lastStep = -1;
         for (int x = 0; x < tileWidth; x++) {
-            first = least(first, lamp.enter[x]);
-            last = most(last, lamp.leave[x]);
+            if (!(lamp.leave[x] > tile.begin[x])) continue;
+            const float share = 1.0f / most(tile.stride[x], 1e-30f);
+            lamp.firstStep = least(lamp.firstStep, (lamp.enter[x] - tile.begin[x]) * share);
+            lamp.lastStep = most(lamp.lastStep, (lamp.leave[x] - tile.begin[x]) * share);
         }
-        lamp.first = first;
-        lamp.last = last;
     }
 }
 
@@ -253,12 +251,21 @@ BRUME_VECTORISE inline void startMarch(March& m) {
         tile.through[x] = tile.noise[x] = 1;
         tile.stop[x] = 3e38f;
     }
+    for (int x = 0; x < tileWidth; x++) tile.mapEnter[x] = 3e38f, tile.mapLeave[x] = -1;
     if (m.hasShadow) {
         const float* r = m.shadowRows;
         for (int x = 0; x < tileWidth; x++) {
-            tile.shadowU[x] = r[0] * tile.dx[x] + r[1] * tile.dy[x] + r[2] * tile.dz[x];
-            tile.shadowV[x] = r[4] * tile.dx[x] + r[5] * tile.dy[x] + r[6] * tile.dz[x];
+            const float u = r[0] * tile.dx[x] + r[1] * tile.dy[x] + r[2] * tile.dz[x];
+            const float v = r[4] * tile.dx[x] + r[5] * tile.dy[x] + r[6] * tile.dz[x];
+            tile.shadowU[x] = u;
+            tile.shadowV[x] = v;
             tile.shadowD[x] = r[8] * tile.dx[x] + r[9] * tile.dy[x] + r[10] * tile.dz[x];
+            // the slab test of clipVolumes, a hundredth of the map wider than it, for rounding
+            const float iu = inverseOf(u), iv = inverseOf(v);
+            const float u0 = (-0.01f - r[3]) * iu, u1 = (1.01f - r[3]) * iu;
+            const float v0 = (-0.01f - r[7]) * iv, v1 = (1.01f - r[7]) * iv;
+            tile.mapEnter[x] = most(least(u0, u1), least(v0, v1));
+            tile.mapLeave[x] = least(most(u0, u1), most(v0, v1));
         }
     }
     if (!m.p.early_stop) return;
@@ -271,7 +278,7 @@ BRUME_VECTORISE inline void startMarch(March& m) {
     const float strongest = scatteredShare(m.p.phase, g, 0.0f);
     for (int k = 0; k < m.lampCount; k++) {
         const LampTile& lamp = m.lamps[k];
-        if (!(lamp.last > 0)) continue;
+        if (lamp.lastStep < 0) continue;
         const float* l = lamp.rows;
         for (int x = 0; x < tileWidth; x++) {
             const float apart = std::sqrt(lamp.apart2[x]);
