@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/stream.hpp"
 #include "effect/kit/math.hpp"
 #include "effect/plugin.hpp"
 
@@ -44,12 +45,15 @@ BRUME_INLINE void blendRow(const float* in, const float* beside, float* out, int
 
 BRUME_VECTORISE void rows(const Blend& p, const CpuContext& c, cv::Range range) {
     const cv::Mat& second = c.image("second");
-    const int width = c.view.width, step = 64;
+    const int width = c.view.width;
+    constexpr int step = 64;
+    float finished[4 * step];
     for (int j = range.start; j < range.end; j++)
         for (int x = 0; x < width; x += step) {
             const int count = std::min(step, width - x);
             const float *in = c.input.ptr<float>(j) + 4 * x, *beside = second.ptr<float>(j) + 4 * x;
-            float* out = const_cast<float*>(c.output.ptr<float>(j)) + 4 * x;
+            float* const to = const_cast<float*>(c.output.ptr<float>(j)) + 4 * x;
+            float* const out = c.outputIsStreamed ? finished : to;
             for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 4 * step));
             if (p.strength <= 0.0f)
                 std::copy(in, in + 4 * count, out);
@@ -61,7 +65,9 @@ BRUME_VECTORISE void rows(const Blend& p, const CpuContext& c, cv::Range range) 
                 blendRow<screenMode>(in, beside, out, count, p.strength);
             else
                 blendRow<multiplyMode>(in, beside, out, count, p.strength);
+            if (c.outputIsStreamed) putRow(to, out, 4 * count, true);
         }
+    if (c.outputIsStreamed) streamEnd();
 }
 
 ReferencePixel reference(const Blend& p, const ReferenceContext& c, cv::Point at) {

@@ -38,21 +38,13 @@ struct FogSpan {
     }
 };
 
-/// Whether these rows are to be written past the caches: the image is large, nobody comes back to them soon
-/// (as neighbours in a chain do, a few rows at a time), and their memory is not being read anyhow.
-inline bool leavesCaches(const CpuContext& c, cv::Range rows) {
-    const size_t soon = 512 << 10;
-    return canStreamPlanes() && isStreamed(c.output) &&
-           c.output.cols * c.output.elemSize() * rows.size() > soon && c.input.data != c.output.data;
-}
-
 /// Of the work below: a function called, not inlined, would miss the instructions its caller was built for.
 #define BRUME_INLINED __attribute__((always_inline))
 
 /// Calls work(FogSpan), marked BRUME_INLINED, for every tile of some rows.
 template <class Work>
 BRUME_INLINE void forEachSpan(const CpuContext& c, cv::Range rows, const Work& work) {
-    const bool leaves = leavesCaches(c, rows);
+    const bool streams = c.outputIsStreamed && canStreamPlanes();
     for (int j = rows.start; j < rows.end; j++) {
         float* out = const_cast<float*>(c.output.ptr<float>(j));
         float* transmittance =
@@ -60,10 +52,10 @@ BRUME_INLINE void forEachSpan(const CpuContext& c, cv::Range rows, const Work& w
         for (int i = 0; i < c.view.width; i += fogTileSize) {
             work(FogSpan{c.depth.ptr<float>(j) + i, c.input.ptr<float>(j) + 4 * i, out + 4 * i,
                          transmittance ? transmittance + 4 * i : nullptr, j, i,
-                         std::min(fogTileSize, c.view.width - i), c.view.rayY(j), leaves});
+                         std::min(fogTileSize, c.view.width - i), c.view.rayY(j), streams});
         }
     }
-    if (leaves) streamEnd();
+    if (streams) streamEnd();
 }
 
 /// Per pixel: optical depth in, then transmittance and opacity; one channel where all three agree.

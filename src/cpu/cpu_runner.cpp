@@ -32,35 +32,11 @@ void requireSameImage(const Step& step, const cv::Mat& now, const cv::Mat& given
         throw Error(ErrorKind::CheckFailed, text(step.id, ": the plugin replaced its output image"));
 }
 
-// A step as one thread runs it over a few rows after the other.
-class RowsOf {
-  public:
-    RowsOf(const Bound& bound, cv::Size size, int chunk)
-        : bound_(bound), context_(bound.context), size_(size) {
-        for (const auto& [name, rows] : bound.resampled) memory_.emplace_back(chunk, size.width, CV_32FC4);
-    }
-    void run(cv::Range range) {
-        auto memory = memory_.begin();
-        for (const auto& [name, rows] : bound_.resampled) {
-            for (int j = range.start; j < range.end; j++)
-                rows.write(j, memory->ptr<float>(j - range.start), between_);
-            // Rows are addressed as those of the whole image, of which only these are there.
-            auto origin = reinterpret_cast<uintptr_t>(memory->data) - size_t(range.start) * memory->step[0];
-            context_.images[name] =
-                cv::Mat(size_, CV_32FC4, reinterpret_cast<void*>(origin), memory->step[0]);
-            ++memory;
-        }
-        bound_.step->effect->plugin->rows(bound_.params, context_, range);
-        requireSameImage(*bound_.step, context_.output, bound_.context.output);
-    }
-
-  private:
-    const Bound& bound_;
-    CpuContext context_;
-    cv::Size size_;
-    std::vector<cv::Mat> memory_;
-    std::vector<float> between_;
-};
+// Memory of a few rows, addressed as those of a whole image.
+cv::Mat asWhole(const cv::Mat& rows, int first, cv::Size size) {
+    auto origin = reinterpret_cast<uintptr_t>(rows.data) - size_t(first) * rows.step[0];
+    return {size, CV_32FC4, reinterpret_cast<void*>(origin), rows.step[0]};
+}
 
 class CpuRunner final : public Runner {
   public:
@@ -177,6 +153,9 @@ class CpuRunner final : public Runner {
             bound.push_back(bind(*group[k], readsTransmittance, output));
             bound[k].context.output = output;
         }
+        const size_t cacheBytes = 16 << 20;  // what caches will have kept of an image
+        bound.back().context.outputIsStreamed =
+            output.data != input.data && output.total() * output.elemSize() > cacheBytes;
         if (first.effect->header.pointwise)
             runRows(bound, size);
         else
@@ -198,18 +177,50 @@ class CpuRunner final : public Runner {
         return holders == 1 && data != frame_->color.data;
     }
 
-    // All steps of a group visit a few rows before moving on, so that the rows stay in cache.
-    static void runRows(const std::vector<Bound>& group, cv::Size size) {
-        const int cacheBytes = 256 << 10;
-        bool isOne = group.size() == 1 && group[0].resampled.empty();
-        int chunk = isOne ? size.height : std::clamp(cacheBytes / (size.width * 32), 1, size.height);
-        auto band = [&](const cv::Range& rows) {
-            std::vector<RowsOf> steps;
-            for (const auto& bound : group) steps.emplace_back(bound, size, chunk);
-            for (int begin = rows.start; begin < rows.end; begin += chunk)
-                for (auto& step : steps) step.run(cv::Range(begin, std::min(begin + chunk, rows.end)));
+    // All steps of a group visit a few rows before moving on, so that the rows stay in cache: what one step
+    // leaves to the next is never a whole image.
+    void runRows(const std::vector<Bound>& group, cv::Size size) {
+        const int cacheBytes = 128 << 10, bands = std::min(size.height, 4 * cv::getNumThreads());
+        const bool isOne = group.size() == 1 && group[0].resampled.empty();
+        const int chunk = isOne ? size.height : std::clamp(cacheBytes / (size.width * 32), 1, size.height);
+        const cv::Size memorySize(size.width, chunk * bands);
+        const cv::Mat between = group.size() == 1 ? cv::Mat() : pool_.take(memorySize, CV_32FC4);
+        std::vector<cv::Mat> resampled;
+        for (const Bound& bound : group)
+            for (size_t k = 0; k < bound.resampled.size(); k++)
+                resampled.push_back(pool_.take(memorySize, CV_32FC4));
+        auto runBand = [&](int band) {
+            const cv::Range memoryRows(band * chunk, (band + 1) * chunk);
+            std::vector<CpuContext> contexts;
+            for (const Bound& bound : group) contexts.push_back(bound.context);
+            std::vector<LinearRows::Memory> memories(resampled.size());
+            const int end = size.height * (band + 1) / bands;
+            for (int y = size.height * band / bands; y < end; y += chunk) {
+                const cv::Range rows(y, std::min(y + chunk, end));
+                size_t next = 0;
+                for (size_t k = 0; k < group.size(); k++) {
+                    CpuContext& context = contexts[k];
+                    if (k > 0) context.input = asWhole(between.rowRange(memoryRows), y, size);
+                    if (k + 1 < group.size()) context.output = asWhole(between.rowRange(memoryRows), y, size);
+                    for (const auto& [name, whole] : group[k].resampled) {
+                        cv::Mat few = resampled[next].rowRange(memoryRows);
+                        for (int j = rows.start; j < rows.end; j++)
+                            whole.write(j, few.ptr<float>(j - y), memories[next]);
+                        context.images[name] = asWhole(few, y, size);
+                        next++;
+                    }
+                    const cv::Mat given = context.output;
+                    group[k].step->effect->plugin->rows(group[k].params, context, rows);
+                    requireSameImage(*group[k].step, context.output, given);
+                }
+            }
         };
-        cv::parallel_for_(cv::Range(0, size.height), band, std::min(size.height, 4 * cv::getNumThreads()));
+        cv::parallel_for_(
+            cv::Range(0, bands),
+            [&](const cv::Range& range) {
+                for (int band = range.start; band < range.end; band++) runBand(band);
+            },
+            bands);
     }
 
     const FramePair* frame_ = nullptr;

@@ -35,6 +35,9 @@ struct CpuContext {
     cv::Mat transmittance;  ///< CV_32FC4 running product to multiply into, or empty when nobody reads it
     std::map<std::string, cv::Mat, std::less<>> images;  ///< the other image parameters, CV_32FC4
     const DerivedValues* derivedValues = nullptr;
+    /// The output is another image than the input, larger than the caches, and nobody reads these rows of it
+    /// soon: they are best written past the caches, which saves reading them before.
+    bool outputIsStreamed = false;
 
     const cv::Mat& image(std::string_view name) const { return images.find(name)->second; }
     std::span<const float> derived(std::string_view name) const { return derivedValues->find(name)->second; }

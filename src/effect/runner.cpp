@@ -176,27 +176,58 @@ LinearRows::Taps::Taps(int from, int to) : first(to), second(to), share(to) {
 LinearRows::LinearRows(const cv::Mat& image, cv::Size size)
     : image_(image), columns_(image.cols, size.width), rows_(image.rows, size.height) {
     CV_Assert(image.type() == CV_32FC4);
+    const auto &first = columns_.first, &second = columns_.second;
+    for (int i = 1; i <= size.width; i++)
+        if (i == size.width || first[i] != first[i - 1] || second[i] != second[i - 1]) runEnds_.push_back(i);
+    columns_.share.resize(size.width + 12);  // mixColumns reads sixteen at a time
 }
 
-// out[k] = above[k] and below[k], mixed; then pixels `first` and `second` of that, mixed.
+// Four pixels, one; unaligned.
+typedef float Pixels __attribute__((vector_size(64), aligned(4), may_alias));
+typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
+
+BRUME_INLINE Pixels fourTimes(const float* pixel) {
+    const Pixels a = *reinterpret_cast<const Pixels*>(pixel);
+    return __builtin_shufflevector(a, a, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+// Each pixel of `out` is pixels `first` and `second` of `line`, mixed; up to each of `ends` they are the same
+// two. Reads twelve floats beyond the line and the shares.
+BRUME_VECTORISE static void mixColumns(float* out, const float* line, const int* first, const int* second,
+                                       const float* share, const int* ends, size_t endCount) {
+    int i = 0;
+    for (size_t r = 0; r < endCount; r++) {
+        const float *a = line + 4 * first[i], *b = line + 4 * second[i];
+        for (; i + 4 <= ends[r]; i += 4) {
+            const Pixels s = *reinterpret_cast<const Pixels*>(share + i),
+                         w = __builtin_shufflevector(s, s, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+            *reinterpret_cast<Pixels*>(out + 4 * i) = fourTimes(a) * (1 - w) + fourTimes(b) * w;
+        }
+        for (; i < ends[r]; i++)
+            *reinterpret_cast<Pixel*>(out + 4 * i) = *reinterpret_cast<const Pixel*>(a) * (1 - share[i]) +
+                                                     *reinterpret_cast<const Pixel*>(b) * share[i];
+    }
+}
 BRUME_VECTORISE static void mixRows(float* out, const float* above, const float* below, float share,
                                     int floats) {
     for (int k = 0; k < floats; k++) out[k] = above[k] * (1 - share) + below[k] * share;
 }
-typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
-BRUME_VECTORISE static void mixColumns(float* out, const float* between, const int* first, const int* second,
-                                       const float* share, int count) {
-    const auto* from = reinterpret_cast<const Pixel*>(between);
-    for (int i = 0; i < count; i++)
-        reinterpret_cast<Pixel*>(out)[i] = from[first[i]] * (1 - share[i]) + from[second[i]] * share[i];
-}
 
-void LinearRows::write(int j, float* to, std::vector<float>& between) const {
-    between.resize(4 * size_t(image_.cols));
-    mixRows(between.data(), image_.ptr<float>(rows_.first[j]), image_.ptr<float>(rows_.second[j]),
-            rows_.share[j], int(between.size()));
-    mixColumns(to, between.data(), columns_.first.data(), columns_.second.data(), columns_.share.data(),
-               int(columns_.first.size()));
+void LinearRows::write(int j, float* to, Memory& memory) const {
+    const int width = int(columns_.first.size()), wanted[2] = {rows_.first[j], rows_.second[j]};
+    if (memory.row[1] == wanted[0] || memory.row[0] == wanted[1]) {
+        std::swap(memory.row[0], memory.row[1]);
+        std::swap(memory.wide[0], memory.wide[1]);
+    }
+    for (int k = 0; k < 2; k++) {
+        if (memory.row[k] == wanted[k]) continue;
+        memory.wide[k].resize(4 * size_t(width));
+        memory.line.resize(4 * size_t(image_.cols) + 12);
+        std::copy_n(image_.ptr<float>(wanted[k]), 4 * image_.cols, memory.line.begin());
+        mixColumns(memory.wide[k].data(), memory.line.data(), columns_.first.data(), columns_.second.data(),
+                   columns_.share.data(), runEnds_.data(), runEnds_.size());
+        memory.row[k] = wanted[k];
+    }
+    mixRows(to, memory.wide[0].data(), memory.wide[1].data(), rows_.share[j], 4 * width);
 }
 
 cv::Mat resampleLinear(const cv::Mat& image, cv::Size size) {
@@ -204,8 +235,8 @@ cv::Mat resampleLinear(const cv::Mat& image, cv::Size size) {
     const LinearRows rows(image, size);
     cv::Mat result(size, CV_32FC4);
     cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& range) {
-        std::vector<float> between;
-        for (int j = range.start; j < range.end; j++) rows.write(j, result.ptr<float>(j), between);
+        LinearRows::Memory memory;
+        for (int j = range.start; j < range.end; j++) rows.write(j, result.ptr<float>(j), memory);
     });
     return result;
 }

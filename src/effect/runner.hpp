@@ -85,9 +85,15 @@ cv::Mat resampleLinear(const cv::Mat& image, cv::Size size);
 /// The same row by row. `image` is CV_32FC4 and shared; const calls may run side by side.
 class LinearRows {
   public:
+    /// Two rows of the image, enlarged: neighbouring rows of the result need the same. One for each thread
+    /// and LinearRows.
+    struct Memory {
+        std::vector<float> wide[2], line;
+        int row[2] = {-1, -1};
+    };
     LinearRows(const cv::Mat& image, cv::Size size);
-    /// Row j of the resampled image, 4 × size.width floats. `between` is memory to work in.
-    void write(int j, float* to, std::vector<float>& between) const;
+    /// Row j of the resampled image, 4 × size.width floats.
+    void write(int j, float* to, Memory& memory) const;
 
   private:
     struct Taps {
@@ -97,6 +103,7 @@ class LinearRows {
     };
     cv::Mat image_;
     Taps columns_, rows_;
+    std::vector<int> runEnds_;  ///< where, along a row of the result, the neighbours change
 };
 
 }  // namespace brume

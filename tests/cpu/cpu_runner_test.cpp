@@ -140,6 +140,51 @@ TEST(CpuRunner, NamedImagesKeepTheirSizeAndReadersResample) {
         << "resampling keeps a constant";
 }
 
+TEST(CpuRunner, ResamplingIsBilinearByPixelCentres) {
+    cv::RNG random(11);
+    for (cv::Size from : {cv::Size(1, 1), cv::Size(5, 3), cv::Size(16, 9), cv::Size(33, 20)})
+        for (cv::Size to :
+             {cv::Size(1, 1), cv::Size(20, 12), cv::Size(64, 36), cv::Size(131, 7), cv::Size(7, 50)}) {
+            cv::Mat image(from, CV_32FC4);
+            random.fill(image, cv::RNG::UNIFORM, -1, 4);
+            const cv::Mat result = resampleLinear(image, to);
+            ASSERT_EQ(result.size(), to);
+            auto at = [&](double x, double y) {
+                const int i = int(std::floor(x)), j = int(std::floor(y));
+                cv::Vec4d sum;
+                for (int b = 0; b < 2; b++)
+                    for (int a = 0; a < 2; a++)
+                        sum += (a ? x - i : 1 - x + i) * (b ? y - j : 1 - y + j) *
+                               cv::Vec4d(image.at<cv::Vec4f>(std::clamp(j + b, 0, from.height - 1),
+                                                             std::clamp(i + a, 0, from.width - 1)));
+                return sum;
+            };
+            double worst = 0;
+            for (int j = 0; j < to.height; j++)
+                for (int i = 0; i < to.width; i++)
+                    worst = std::max(worst, cv::norm(cv::Vec4d(result.at<cv::Vec4f>(j, i)) -
+                                                         at((i + .5) * from.width / to.width - .5,
+                                                            (j + .5) * from.height / to.height - .5),
+                                                     cv::NORM_INF));
+            EXPECT_LT(worst, 1e-6) << from << " to " << to;  // of values up to 4; measured: 4e-7
+        }
+}
+
+TEST(CpuRunner, StepsThatReadASmallerImageGiveTheBitsOfOnesThatReadItEnlarged) {
+    auto pair = frame(300, 200);
+    auto runner = makeCpuRunner();
+    auto fused = runner->run(preset(R"({"effect": "light_detect", "reduction": "quarter", "output": "small"},
+                  {"effect": "blend", "mode": "add", "second": "small"},)" +
+                                    std::string(fog)),
+                             pair, {"small"});
+    const cv::Mat large = resampleLinear(fused.images["small"], pair.size());
+    auto second = pair;
+    second.color = pair.color.clone();
+    for (int k = 0; k < large.rows * large.cols; k++)
+        for (int n = 0; n < 3; n++) second.color.ptr<cv::Vec4f>()[k][n] += large.ptr<cv::Vec4f>()[k][n];
+    EXPECT_TRUE(sameBits(fused.images["color"], runner->run(preset(fog), second, {}).images["color"]));
+}
+
 TEST(CpuRunner, ReadsTransmittanceWhereAStepAsksForIt) {
     auto pair = frame();
     auto runner = makeCpuRunner();
