@@ -115,8 +115,13 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
     for (const auto& [key, value] : object.items())
         if (std::find(keys.begin(), keys.end(), key) == keys.end())
             failIo(where, ": there is no key ", key, suggestion(key, keys));
-    for (std::string key; required >> key;)
-        if (!object.contains(key)) failIo(where, ": the encoding ", name, " needs ", key, " (a number)");
+    std::string missing, example;
+    for (std::string key; required >> key;) {
+        if (!object.contains(key)) missing += (missing.empty() ? "" : " and ") + key;
+        example += text(example.empty() ? "" : ",", key, "=", key == "near" ? ".1" : "1000");
+    }
+    if (!missing.empty())
+        failIo(where, ": the encoding ", name, " needs ", missing, ", as in '", name, ":", example, "'");
     for (const auto& [key, value] : object.items()) {
         if (key == "encoding" || key == "file")
             continue;

@@ -124,7 +124,8 @@ TEST(DepthEncoding, MistakesAreNamed) {
         << usage("pointcloud");
     EXPECT_NE(usage("opengl/direct3d").find("after opengl comes a colon"), std::string::npos);
     EXPECT_NE(usage("opengl:nera=1").find("did you mean 'near'"), std::string::npos);
-    EXPECT_NE(usage("opengl:near=1").find("far"), std::string::npos);
+    EXPECT_NE(usage("opengl:near=1").find("needs far, as in 'opengl:near=.1,far=1000'"), std::string::npos);
+    EXPECT_NE(usage("opengl").find("needs near and far"), std::string::npos);
     EXPECT_NE(usage("opengl:near=5,far=2").find("not beyond near"), std::string::npos);
     EXPECT_NE(usage("linear:scale_to_meters=2").find("scale_to_metres"), std::string::npos);
     EXPECT_NE(usage("linear:scale_to_metres=abc").find("not a number"), std::string::npos);
