@@ -91,15 +91,16 @@ BRUME_INLINE void addAsMany(const BlockSum& s, const float* const* rows, int fro
     else
         addStretch<count, false>(s, rows, from, end);
 }
+// `isAhead`: whether the rows' next stretch is memory to be asked for.
 BRUME_VECTORISE static void addBlocks(const BlockSum* sums, int sumCount, const float* const* blockOf,
-                                      int floats) {
+                                      int floats, bool isAhead) {
     constexpr int stretch = 128, lines = stretch / 16 * blockRows;
     const float* rows[blockRows];
     for (int k = 0; k < blockRows; k++) rows[k] = blockOf[k];
     for (int from = 0; from < floats; from += stretch) {
         const int end = std::min(from + stretch, floats);
         for (int s = 0, line = 0; s < sumCount; s++) {
-            for (; line < lines * (s + 1) / sumCount; line++)
+            for (; isAhead && line < lines * (s + 1) / sumCount; line++)
                 __builtin_prefetch(rows[line % blockRows] + from + 2 * stretch + line / blockRows * 16);
             switch (sums[s].count) {
                 case 1:

@@ -55,72 +55,146 @@ class FoldedTaps {
 /// The prefiltered image's every factor-th pixel; small pixel (i, j) sits at ((i - smallMargin)·factor, ...).
 /// Columns come first: each row of the image is read once and added to the few small rows that it touches; a
 /// small row that has all its rows is then decimated along itself.
-/// `rowOf(y, buffer)` gives row y, or writes what is wanted of it into `buffer` and gives that. Values that
-/// are not finite are replaced. `scratch`, where large enough, lends its memory.
-template <class RowOf>
-cv::Mat decimateRows(int width, int height, int factor, std::span<const float> half, const cv::Mat& scratch,
-                     RowOf rowOf) {
-    const int reach = int(half.size()) - 1, quadCount = (2 * reach + 4) / 4, floats = 4 * width;
-    const int smallWidth = smallLength(width, factor), smallHeight = smallLength(height, factor);
-    const FoldedTaps folded(half, factor, height);
-    std::vector<float> quads(16 * size_t(quadCount), 0.0f);
-    for (int t = -reach; t <= reach; t++) std::fill_n(quads.begin() + 4 * (t + reach), 4, half[std::abs(t)]);
-    // decimateLine writes whole groups of four pixels.
-    const int padded = (smallWidth + 3) / 4 * 4;
-    bool fits = scratch.isContinuous() && scratch.total() >= size_t(padded) * smallHeight;
-    cv::Mat whole =
-        fits ? cv::Mat(smallHeight, padded, CV_32FC4, scratch.data) : cv::Mat(smallHeight, padded, CV_32FC4);
-    // A line of sums has room for replicated edges and for what decimateLine reads beyond them.
-    const int before = smallMargin * factor + reach, after = padded * factor + 4 * quadCount - width;
-    const int aligned = (before + 3) / 4 * 4, lineFloats = (aligned + width + after + 3) / 4 * 16,
-              lineCount = folded.mostAtOnce(smallHeight);
-    const int bands = std::clamp(smallHeight / 16, 1, 2 * cv::getNumThreads());
+class SmallImage {
+  public:
+    SmallImage(int width, int height, int factor, std::span<const float> half)
+        : folded_(half, factor, height),
+          width_(width),
+          height_(height),
+          factor_(factor),
+          smallWidth_(smallLength(width, factor)),
+          quadCount_((2 * int(half.size()) + 2) / 4),
+          quads_(16 * size_t(quadCount_), 0.0f),
+          rows_(smallLength(height, factor)) {
+        const int reach = int(half.size()) - 1;
+        for (int t = -reach; t <= reach; t++)
+            std::fill_n(quads_.begin() + 4 * (t + reach), 4, half[std::abs(t)]);
+        before_ = smallMargin * factor + reach;
+        after_ = wholeSize(width, height, factor).width * factor + 4 * quadCount_ - width;
+        aligned_ = (before_ + 3) / 4 * 4;
+        lineCount_ = folded_.mostAtOnce(rows_);
+    }
+    /// decimateLine writes whole groups of four pixels.
+    static cv::Size wholeSize(int width, int height, int factor) {
+        return {(smallLength(width, factor) + 3) / 4 * 4, smallLength(height, factor)};
+    }
+    /// CV_32FC4 of wholeSize(), before the first Band.
+    void setMemory(const cv::Mat& whole) { whole_ = whole; }
+    cv::Mat image() const { return whole_.colRange(0, smallWidth_); }
+    int rows() const { return rows_; }
+    /// The first small row at or below row y of the image; those above the image belong to its row 0.
+    int rowAt(int y) const {
+        return y <= 0 ? 0 : y >= height_ ? rows() : (y + factor_ - 1) / factor_ + smallMargin;
+    }
 
-    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
-        Scratch lines(size_t(lineFloats) * lineCount), buffers(size_t(blockRows) * floats);
-        std::vector<BlockSum> sums;
-        auto lineOf = [&](int j) { return lines.data() + size_t(j % lineCount) * lineFloats + 4 * aligned; };
-        // Adds a block of rows to small rows `from` to `end` - 1.
-        auto add = [&](int block, int from, int end, bool areReplaced) {
-            const float* rows[blockRows];
-            const int y = blockRows * block;
-            for (int k = 0; k < blockRows; k++) {
-                float* buffer = buffers.data() + size_t(k) * floats;
-                rows[k] = rowOf(std::min(y + k, height - 1), buffer);
-                if (areReplaced) copyFinite(buffer, rows[k], floats), rows[k] = buffer;
-            }
-            sums.clear();
+    /// Small rows `from` to `end` - 1 in the making, by one thread.
+    class Band {
+      public:
+        Band(SmallImage& image, int from, int end)
+            : image_(&image),
+              done_(from),
+              begun_(from),
+              end_(end),
+              lineFloats_((image.aligned_ + image.width_ + image.after_ + 3) / 4 * 16),
+              lines_(size_t(lineFloats_) * image.lineCount_) {}
+        bool isDone() const { return done_ == end_; }
+        int firstBlock() const { return image_->folded_.firstBlock(done_); }
+        int lastBlock() const { return image_->folded_.lastBlock(end_ - 1); }
+        /// The sums that take something of rows blockRows·block and on, which come in rising order from
+        /// firstBlock() on; the rows beyond the image's last are not looked at.
+        const std::vector<BlockSum>& sumsOf(int block) {
+            while (begun_ < end_ && image_->folded_.firstBlock(begun_) <= block) begun_++;
+            return sumsOf(block, done_, begun_);
+        }
+        /// Finishes what has all its rows after this block, of rows that were all finite.
+        void finish(int block) {
+            for (; done_ < begun_ && image_->folded_.lastBlock(done_) == block; done_++)
+                image_->decimate(done_, lineOf(done_));
+        }
+        /// The same of any rows: `again(block, sums)` adds a block again, with its values replaced that are
+        /// not finite.
+        template <class Again>
+        void finish(int block, Again again) {
+            const FoldedTaps& folded = image_->folded_;
+            for (int j = done_; j < begun_ && folded.lastBlock(j) == block; j++)
+                if (!allFinite(lineOf(j), 4 * image_->width_))
+                    for (int b = folded.firstBlock(j); b <= block; b++) again(b, sumsOf(b, j, j + 1));
+            finish(block);
+        }
+
+      private:
+        float* lineOf(int j) const {
+            return lines_.data() + size_t(j % image_->lineCount_) * lineFloats_ + 4 * image_->aligned_;
+        }
+        const std::vector<BlockSum>& sumsOf(int block, int from, int end) {
+            sums_.clear();
             for (int j = from; j < end; j++) {
-                BlockSum sum = {lineOf(j), {}, folded.firstBlock(j) == block, 0, 0};
+                BlockSum sum = {lineOf(j), {}, image_->folded_.firstBlock(j) == block, 0, 0};
                 for (int k = 0; k < blockRows; k++)
-                    if ((sum.weights[k] = folded.weight(j, y + k)) != 0) {
+                    if ((sum.weights[k] = image_->folded_.weight(j, blockRows * block + k)) != 0) {
                         if (sum.count == 0) sum.first = k;
                         sum.count = k + 1 - sum.first;
                     }
-                if (sum.count > 0) sums.push_back(sum);
+                if (sum.count > 0) sums_.push_back(sum);
             }
-            addBlocks(sums.data(), int(sums.size()), rows, floats);
+            return sums_;
+        }
+        SmallImage* image_;
+        int done_, begun_, end_, lineFloats_;
+        Scratch lines_;
+        std::vector<BlockSum> sums_;
+    };
+
+  private:
+    // A line has room for replicated edges and for what decimateLine reads beyond them.
+    void decimate(int j, float* line) {
+        for (int i = -before_; i < 0; i++) std::memcpy(line + 4 * i, line, 16);
+        for (int i = width_; i < width_ + after_; i++) std::memcpy(line + 4 * i, line + 4 * (width_ - 1), 16);
+        decimateLine(whole_.ptr<float>(j), line - 4 * before_, quads_.data(), quadCount_, factor_,
+                     smallWidth_);
+    }
+    FoldedTaps folded_;
+    int width_, height_, factor_, smallWidth_, quadCount_, before_ = 0, after_ = 0, aligned_ = 0,
+                                                           lineCount_ = 0;
+    std::vector<float> quads_;
+    int rows_;
+    cv::Mat whole_;
+};
+
+/// Of an image; values that are not finite are replaced. `scratch`, where large enough, lends its memory.
+inline cv::Mat decimatedImage(const cv::Mat& in, int factor, std::span<const float> half,
+                              const cv::Mat& scratch) {
+    const int floats = 4 * in.cols;
+    const cv::Size size = SmallImage::wholeSize(in.cols, in.rows, factor);
+    const bool fits = scratch.isContinuous() && scratch.total() >= size_t(size.area());
+    SmallImage small(in.cols, in.rows, factor, half);
+    small.setMemory(fits ? cv::Mat(size, CV_32FC4, scratch.data) : cv::Mat(size, CV_32FC4));
+    const int bands = std::clamp(small.rows() / 16, 1, 2 * cv::getNumThreads());
+    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
+        const float* rows[blockRows];
+        auto add = [&](int block, const std::vector<BlockSum>& sums) {
+            for (int k = 0; k < blockRows; k++)
+                rows[k] = in.ptr<float>(std::min(blockRows * block + k, in.rows - 1));
+            addBlocks(sums.data(), int(sums.size()), rows, floats, true);
         };
-        auto finish = [&](int j) {
-            float* line = lineOf(j);
-            if (!allFinite(line, floats))
-                for (int block = folded.firstBlock(j); block <= folded.lastBlock(j); block++)
-                    add(block, j, j + 1, true);
-            for (int i = -before; i < 0; i++) std::memcpy(line + 4 * i, line, 16);
-            for (int i = width; i < width + after; i++) std::memcpy(line + 4 * i, line + floats - 4, 16);
-            decimateLine(whole.ptr<float>(j), line - 4 * before, quads.data(), quadCount, factor, smallWidth);
+        auto again = [&](int block, const std::vector<BlockSum>& sums) {
+            Scratch finite(size_t(blockRows) * floats);
+            for (int k = 0; k < blockRows; k++) {
+                float* row = finite.data() + size_t(k) * floats;
+                copyFinite(row, in.ptr<float>(std::min(blockRows * block + k, in.rows - 1)), floats);
+                rows[k] = row;
+            }
+            addBlocks(sums.data(), int(sums.size()), rows, floats, false);
         };
-        for (int band = range.start; band < range.end; band++) {
-            const int end = smallHeight * (band + 1) / bands;
-            int done = smallHeight * band / bands, begun = done;
-            for (int block = folded.firstBlock(done); done < end; block++) {
-                while (begun < end && folded.firstBlock(begun) <= block) begun++;
-                add(block, done, begun, false);
-                for (; done < begun && folded.lastBlock(done) == block; done++) finish(done);
+        for (int n = range.start; n < range.end; n++) {
+            SmallImage::Band band(small, small.rows() * n / bands, small.rows() * (n + 1) / bands);
+            for (int block = band.firstBlock(), last = band.lastBlock(); block <= last; block++) {
+                add(block, band.sumsOf(block));
+                band.finish(block, again);
             }
         }
     });
-    return whole.colRange(0, smallWidth);
+    return small.image();
 }
 
 /// What enlargeLine wants of the weights, and the three pixels that it reads beyond the last.
@@ -152,8 +226,7 @@ inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> 
 inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur) {
     if (blur.factor == 1) return separableFir(in, out, blur.small);
     // The output is written last, so its memory can hold the small image until then.
-    cv::Mat small = decimateRows(in.cols, in.rows, blur.factor, blur.prefilter, out,
-                                 [&](int y, float*) { return in.ptr<float>(y); });
+    cv::Mat small = decimatedImage(in, blur.factor, blur.prefilter, out);
     Scratch memory(4 * small.total());
     cv::Mat blurred(small.size(), CV_32FC4, memory.data());
     separableFir(small, blurred, blur.small);

@@ -110,18 +110,26 @@ std::vector<double> nodeWeights(const FogBlur& p, const DeriveContext& c) {
 // --- CPU
 
 // 1. Standard deviation of each pixel's blur.
-BRUME_VECTORISE void sigmaRow(const FogBlur& p, float largest, const float* transmittance, float* sigma,
-                              int count) {
-    const float start = p.start, inverse = 1.0f - p.start, falloff = p.falloff;
+template <bool areFinite>
+BRUME_INLINE void shareRow(float start, const float* transmittance, float* share, int count) {
+    const float inverse = 1.0f - start;
     for (int i = 0; i < count; i++) {
         float t[3];
         for (int n = 0; n < 3; n++) {
-            float x = transmittance[4 * i + n];
-            t[n] = isNan(x) ? 0.0f : isInf(x) ? std::copysign(65504.0f, x) : x;
+            float x = t[n] = transmittance[4 * i + n];
+            if constexpr (!areFinite) t[n] = isNan(x) ? 0.0f : isInf(x) ? std::copysign(65504.0f, x) : x;
         }
         float opacity = 1.0f - (t[0] + t[1] + t[2]) * (1.0f / 3.0f);
-        sigma[i] = std::min(std::max((opacity - start) / inverse, 0.0f), 1.0f);
+        share[i] = std::min(std::max((opacity - start) / inverse, 0.0f), 1.0f);
     }
+}
+BRUME_VECTORISE void sigmaRow(const FogBlur& p, float largest, const float* transmittance, bool areFinite,
+                              float* sigma, int count) {
+    const float falloff = p.falloff;
+    if (areFinite)
+        shareRow<true>(p.start, transmittance, sigma, count);
+    else
+        shareRow<false>(p.start, transmittance, sigma, count);
     if (falloff != 1.0f)
         for (int i = 0; i < count; i++) sigma[i] = sigma[i] > 0.0f ? powFast(sigma[i], falloff) : 0.0f;
     for (int i = 0; i < count; i++) sigma[i] *= largest;
@@ -220,27 +228,28 @@ void run(const FogBlur& p, const CpuContext& c) {
     blur::Scratch sigmas(out.total());
     fog_blur::Source source{p.order == single ? clear : c.input, cv::Mat(out.size(), CV_32F, sigmas.data())};
     float largest = c.derived("largestSigma")[0];
-    auto eachRow = [&](auto work) {
-        cv::parallel_for_(
-            cv::Range(0, out.rows),
-            [&](const cv::Range& range) {
-                for (int y = range.start; y < range.end; y++) work(y);
-            },
-            4 * cv::getNumThreads());
+    auto sigmaOf = [&](int y, float* sigma) {
+        constexpr int stretch = 256;  // px that stay in the first cache between looking and working at them
+        for (int x = 0; x < out.cols; x += stretch) {
+            const float* through = transmittance.ptr<float>(y) + 4 * x;
+            const int count = std::min(stretch, out.cols - x);
+            sigmaRow(p, largest, through, blur::allFinite(through, 4 * count), sigma + x, count);
+        }
     };
-    eachRow([&](int y) {
-        sigmaRow(p, largest, transmittance.ptr<float>(y), source.sigma.ptr<float>(y), out.cols);
-    });
-    auto finish = [&](int y, int x, int count) {
+    auto finish = [&](int y, int x, int count, float* row) {
         finishRow(p.order == single, c.input.ptr<float>(y) + 4 * x, clear.ptr<float>(y) + 4 * x,
-                  transmittance.ptr<float>(y) + 4 * x, out.ptr<float>(y) + 4 * x, count);
+                  transmittance.ptr<float>(y) + 4 * x, row, count);
     };
-    if (p.method == gatherMethod) {
-        gather(p, source, out);
-        eachRow([&](int y) { finish(y, 0, out.cols); });
-    } else {
-        fog_blur::ladderBlur(source, ladderOf(p, c), out, finish);
+    if (p.method == ladderMethod) {
+        const fog_blur::Ladder ladder = ladderOf(p, c);
+        const auto needed = fog_blur::findNeeded(source, ladder, sigmaOf);
+        fog_blur::Room room;
+        const auto small = fog_blur::smallLevels(source, ladder.levels, needed, ladder.keepEdges, room);
+        return fog_blur::ladderBlur(source, ladder, small, out, finish);
     }
+    for (int y = 0; y < out.rows; y++) sigmaOf(y, source.sigma.ptr<float>(y));
+    gather(p, source, out);
+    for (int y = 0; y < out.rows; y++) finish(y, 0, out.cols, out.ptr<float>(y));
 }
 
 // --- reference, fp64

@@ -13,9 +13,9 @@ struct Level {
 
 constexpr double levelTolerance = 3e-3;  ///< of one level's kernel; interpolating errs by .016
 
-/// Six boxes keep levelTolerance from 1.35 px per small pixel on (measured).
+/// Six boxes keep levelTolerance from 1.3 px per small pixel on (measured).
 constexpr int boxCount = 6;
-inline int factorOf(double sigma) { return std::clamp(int(sigma / 1.35), 1, blur::largestFactor); }
+inline int factorOf(double sigma) { return std::clamp(int(sigma / 1.3), 1, blur::largestFactor); }
 inline blur::Decimation decimationOf(const Level& level) {
     return blur::boxDecimation(level.factor, boxCount);
 }
@@ -44,7 +44,8 @@ inline std::vector<Level> ladderOf(double largest, int width, int height) {
     for (int l = 1; l <= steps + 1; l++) {
         Level level;
         level.sigma = largest * std::exp2(.5 * (l - steps));
-        level.factor = factorOf(level.sigma);
+        // The last weighs pixels as the one before, none having more: a small image serves both.
+        level.factor = factorOf(largest * std::exp2(.5 * (std::min(l, steps) - steps)));
         level.reach = reachOf(level);
         level.width = blur::smallLength(width, level.factor);
         level.height = blur::smallLength(height, level.factor);
@@ -109,7 +110,7 @@ inline std::vector<double> ladderWeights(const std::vector<Level>& levels) {
         double low = interval == 0 ? 0 : levels[interval - 1].sigma, high = levels[interval].sigma;
         for (int s = 0; s < samplesPerInterval; s++) {
             double variance = low * low + (high * high - low * low) * s / (samplesPerInterval - 1);
-            auto weights = nodeWeights(sigmas, variance);
+            auto weights = variance > 0 ? nodeWeights(sigmas, variance) : std::vector<double>{1, 0, 0, 0};
             table.insert(table.end(), weights.begin(), weights.end());
         }
     }

@@ -175,6 +175,28 @@ TEST(FogBlur, GlslMatches) {
     }
 }
 
+// Levels are made only where some pixel needs them: in parts of rows, of columns, or nowhere.
+TEST(FogBlur, GlslMatchesWhereFogComesAndGoesInALargerPicture) {
+    cv::Mat image = randomImage({391, 150}, 11), fog(image.size(), CV_32FC4);
+    auto gl = makeGlRunner(GlPlatform::Osmesa);
+    auto fill = [&](auto through) {
+        for (int j = 0; j < fog.rows; j++)
+            for (int i = 0; i < fog.cols; i++) fog.at<cv::Vec4f>(j, i) = cv::Vec4f::all(float(through(i, j)));
+    };
+    auto expectSame = [&](const char* what) {
+        for (const char* parameters : {R"("radius": 24)", R"("radius": 5, "edges": "bleed")"}) {
+            cv::Mat a = blurOn(*gl, image, fog, parameters), b = blurred(image, fog, parameters);
+            EXPECT_LE(difference(a, b), 3e-5) << what << " " << parameters;
+        }
+    };
+    fill([](int, int j) { return std::min(1., j / 75.); });
+    expectSame("thins out downwards");
+    fill([](int i, int) { return i < 140 ? 1. : i < 280 ? .8 : 0.; });
+    expectSame("in columns");
+    fill([](int i, int j) { return i > 250 && j > 60 && j < 70 ? 0. : 1.; });
+    expectSame("in one patch");
+}
+
 // Half an 8-bit step is the whole of a chain's tolerance: the ladder's .02 shows beside a light.
 TEST(FogBlur, AutoTakesTheLadderOnlyWhereItsErrorCannotShow) {
     auto chosenFor = [&](double brightest) {
