@@ -56,12 +56,9 @@ class Rays {
         const cv::Vec3d d = camera.ray(ray.pixel.x, ray.pixel.y);
         for (int n = 0; n < 3; n++)
             ray.direction[n] = (m(n, 0) * d[0] + m(n, 1) * d[1] + m(n, 2) * d[2]) / cv::norm(d);
-        // As far and as dark as anything there is.
-        const cv::Point tile = ray.pixel / brume::ImageBounds::tile;
-        ray.distance = in_.frame.farthest.at<float>(tile);
-        for (int n = 0; n < 3; n++)
-            ray.low[n] = ray.high[n] =
-                in_.input.mean.empty() ? in_.input.low : in_.input.lowest.at<cv::Vec3f>(tile)[n];
+        const auto hardest = in_.frame.hardest.at<cv::Vec4f>(ray.pixel / brume::ImageBounds::tile);
+        for (int n = 0; n < 3; n++) ray.low[n] = ray.high[n] = hardest[n];
+        ray.distance = hardest[3];
         rays_.push_back(ray);
     }
 };

@@ -16,9 +16,6 @@ constexpr int tile = ImageBounds::tile;
 struct Extreme {
     double value = -HUGE_VAL;
     cv::Point pixel;
-    void take(double v, int i, int j) {
-        if (v > value) value = v, pixel = {i, j};
-    }
     void take(const Extreme& other) {
         if (other.value > value) *this = other;
     }
@@ -30,61 +27,143 @@ struct Part {
     Extreme nearest, farthest, lowest, highest, brightest, darkestFar;
 };
 
-BRUME_INLINE float bounded(float x) { return isNan(x) ? 0.0f : std::clamp(x, -65504.0f, 65504.0f); }
+BRUME_INLINE float bounded(float x) {
+    x = isNan(x) ? 0.0f : x;
+    x = x < 65504.0f ? x : 65504.0f;
+    return x > -65504.0f ? x : -65504.0f;
+}
 
-void measureColor(const cv::Mat& color, int tileRow, ImageBounds& bounds, Part& part) {
-    const int first = tileRow * tile, last = std::min(first + tile, color.rows);
-    for (int column = 0; column < bounds.mean.cols; column++) {
-        const int begin = column * tile, count = std::min(tile, color.cols - begin);
-        cv::Vec4f low = cv::Vec4f::all(HUGE_VALF), high = -low, sum;
-        for (int j = first; j < last; j++) {
-            const float* row = color.ptr<float>(j) + 4 * begin;
-            for (int i = 0; i < count; i++)
-                for (int n = 0; n < 4; n++) {
-                    const float x = bounded(row[4 * i + n]);
-                    low[n] = std::min(low[n], x), high[n] = std::max(high[n], x), sum[n] += x;
-                }
+// One tile's pixels, plane by plane, row by row; to the right of and below the frame its last ones are
+// repeated.
+struct Pixels {
+    alignas(64) float color[3][tile * tile];
+    alignas(64) float distance[tile * tile];  // m along the ray; less than nothing: sky
+    alignas(64) float rise[tile * tile];      // m, of the surface above the eye
+    alignas(64) float hard[tile * tile];      // how easily fog shows there: far and dark
+};
+
+constexpr float skyDistance = 2000;  // m: what sky counts as where places are compared by how far they are
+
+BRUME_VECTORISE void fetchTile(const FramePair& frame, const View& view, int column, int row, Pixels& p) {
+    const auto& r = view.worldFromView;
+    const int count = std::min(tile, frame.color.cols - column), last = frame.color.rows - 1;
+    for (int j = 0; j < tile; j++) {
+        const int from = std::min(row + j, last), at = j * tile;
+        const float* color = frame.color.ptr<float>(from) + 4 * column;
+        const float* depth = frame.depth.ptr<float>(from) + column;
+        float pixels[4 * tile], planar[tile];
+        for (int k = 0; k < 4 * count; k++) pixels[k] = color[k];
+        for (int k = 4 * count; k < 4 * tile; k++) pixels[k] = pixels[k - 4];
+        for (int i = 0; i < tile; i++) planar[i] = depth[std::min(i, count - 1)];
+        for (int n = 0; n < 3; n++)
+            for (int i = 0; i < tile; i++) p.color[n][at + i] = bounded(pixels[4 * i + n]);
+        const float y = view.rayY(from);
+        for (int i = 0; i < tile; i++) {
+            const float x = view.rayX(column + std::min(i, count - 1)), length = View::rayLength(x, y);
+            const bool isSurface = planar[i] < HUGE_VALF;
+            const float distance = isSurface ? planar[i] * length : skyDistance;
+            p.distance[at + i] = isSurface ? distance : -1.0f;
+            p.rise[at + i] = planar[i] * (r(1, 0) * x + r(1, 1) * y - r(1, 2));
+            float brightest =
+                p.color[0][at + i] > p.color[1][at + i] ? p.color[0][at + i] : p.color[1][at + i];
+            brightest = brightest > p.color[2][at + i] ? brightest : p.color[2][at + i];
+            p.hard[at + i] = distance / (0.02f + (brightest > 0.0f ? brightest : 0.0f));
         }
-        const float share = 1.0f / float(count * (last - first));
-        for (int n = 0; n < 3; n++) {
-            bounds.lowest.at<cv::Vec3f>(tileRow, column)[n] = low[n];
-            bounds.highest.at<cv::Vec3f>(tileRow, column)[n] = high[n];
-            bounds.mean.at<cv::Vec3f>(tileRow, column)[n] = sum[n] * share;
-        }
-        // The tile's brightest pixel is looked for only where it may be the frame's.
-        if (std::max({high[0], high[1], high[2]}) <= part.brightest.value) continue;
-        for (int j = first; j < last; j++)
-            for (int i = begin; i < begin + count; i++) {
-                const auto& c = color.at<cv::Vec4f>(j, i);
-                part.brightest.take(std::max({bounded(c[0]), bounded(c[1]), bounded(c[2])}), i, j);
-            }
     }
 }
 
-void measureGeometry(const FramePair& frame, const View& view, int row, double eyeHeight, Part& part,
-                     float* farthest) {
-    const float* depth = frame.depth.ptr<float>(row);
-    const float y = view.rayY(row);
-    const auto& r = view.worldFromView;
-    for (int i = 0; i < frame.depth.cols; i++) {
-        const float x = view.rayX(i), length = View::rayLength(x, y);
-        const float up = (r(1, 0) * x + r(1, 1) * y - r(1, 2)) / length;
-        if (!(depth[i] < HUGE_VALF)) {
-            part.sky += depth[i] > 0;
-            farthest[i / tile] = HUGE_VALF;
-            continue;
-        }
-        const float distance = depth[i] * length;
-        farthest[i / tile] = std::max(farthest[i / tile], distance);
-        part.nearest.take(-distance, i, row);
-        part.farthest.take(distance, i, row);
-        const double height = eyeHeight + double(distance) * up;
-        part.highest.take(height, i, row);
-        part.lowest.take(-height, i, row);
-        // far and dark: where fog shows most
-        const auto& c = frame.color.at<cv::Vec4f>(row, i);
-        part.darkestFar.take(distance / (.02f + std::max({c[0], c[1], c[2], 0.0f})), i, row);
+struct TileSums {
+    float low[3], high[3], sum[3];
+    float nearest = HUGE_VALF, farthest = -1, lowest = HUGE_VALF, highest = -HUGE_VALF, hardest = 0;
+    int sky = 0;
+};
+
+BRUME_VECTORISE void sumTile(const Pixels& p, TileSums& s) {
+    for (int n = 0; n < 3; n++) {
+        float low[tile], high[tile], sum[tile];
+        for (int i = 0; i < tile; i++) low[i] = high[i] = sum[i] = p.color[n][i];
+        for (int j = tile; j < tile * tile; j += tile)
+            for (int i = 0; i < tile; i++) {
+                const float x = p.color[n][j + i];
+                low[i] = x < low[i] ? x : low[i];
+                high[i] = x > high[i] ? x : high[i];
+                sum[i] += x;
+            }
+        s.low[n] = *std::min_element(low, low + tile), s.high[n] = *std::max_element(high, high + tile);
+        s.sum[n] = 0;
+        for (float x : sum) s.sum[n] += x;
     }
+    float nearest[tile], farthest[tile], lowest[tile], highest[tile], hardest[tile];
+    int sky[tile];
+    for (int i = 0; i < tile; i++) {
+        nearest[i] = lowest[i] = HUGE_VALF, highest[i] = -HUGE_VALF, farthest[i] = -1, hardest[i] = 0,
+        sky[i] = 0;
+    }
+    for (int j = 0; j < tile * tile; j += tile)
+        for (int i = 0; i < tile; i++) {
+            const float distance = p.distance[j + i], rise = p.rise[j + i];
+            const bool isSurface = distance >= 0.0f;
+            const float near = isSurface ? distance : HUGE_VALF, down = isSurface ? rise : HUGE_VALF,
+                        up = isSurface ? rise : -HUGE_VALF;
+            nearest[i] = near < nearest[i] ? near : nearest[i];
+            farthest[i] = distance > farthest[i] ? distance : farthest[i];
+            lowest[i] = down < lowest[i] ? down : lowest[i];
+            highest[i] = up > highest[i] ? up : highest[i];
+            hardest[i] = p.hard[j + i] > hardest[i] ? p.hard[j + i] : hardest[i];
+            sky[i] += isSurface ? 0 : 1;
+        }
+    s.nearest = *std::min_element(nearest, nearest + tile);
+    s.farthest = *std::max_element(farthest, farthest + tile);
+    s.lowest = *std::min_element(lowest, lowest + tile);
+    s.highest = *std::max_element(highest, highest + tile);
+    s.hardest = *std::max_element(hardest, hardest + tile);
+    for (int n : sky) s.sky += n;
+}
+
+// `value` is one of `values`: at which pixel?
+cv::Point placeOf(const float* values, float value, cv::Point corner) {
+    const int k = int(std::find(values, values + tile * tile - 1, value) - values);
+    return corner + cv::Point(k % tile, k / tile);
+}
+
+void measureTile(const FramePair& frame, const View& view, cv::Point at, FrameStatistics& s, Part& part) {
+    const cv::Point corner = at * tile;
+    Pixels p;
+    fetchTile(frame, view, corner.x, corner.y, p);
+    TileSums sums;
+    sumTile(p, sums);
+    const int columns = std::min(tile, frame.color.cols - corner.x),
+              rows = std::min(tile, frame.color.rows - corner.y);
+    if (columns * rows < tile * tile) {  // what is repeated does not count
+        sums.sky = 0;
+        for (int n = 0; n < 3; n++) sums.sum[n] = 0;
+        for (int j = 0; j < rows; j++)
+            for (int i = 0; i < columns; i++) {
+                sums.sky += p.distance[j * tile + i] < 0;
+                for (int n = 0; n < 3; n++) sums.sum[n] += p.color[n][j * tile + i];
+            }
+    }
+    for (int n = 0; n < 3; n++) {
+        s.color.lowest.at<cv::Vec3f>(at)[n] = sums.low[n];
+        s.color.highest.at<cv::Vec3f>(at)[n] = sums.high[n];
+        s.color.mean.at<cv::Vec3f>(at)[n] = sums.sum[n] / float(columns * rows);
+    }
+    part.sky += size_t(sums.sky);
+    auto take = [&](Extreme& extreme, float value, const float* values, float sign) {
+        if (sign * value > extreme.value) extreme = {sign * value, placeOf(values, value, corner)};
+    };
+    if (sums.farthest >= 0) {
+        take(part.nearest, sums.nearest, p.distance, -1);
+        take(part.farthest, sums.farthest, p.distance, 1);
+        take(part.lowest, sums.lowest, p.rise, -1);
+        take(part.highest, sums.highest, p.rise, 1);
+    }
+    const int brightest = int(std::max_element(sums.high, sums.high + 3) - sums.high);
+    take(part.brightest, sums.high[brightest], p.color[brightest], 1);
+    take(part.darkestFar, sums.hardest, p.hard, 1);
+    const int hardest = int(std::find(p.hard, p.hard + tile * tile - 1, sums.hardest) - p.hard);
+    s.hardest.at<cv::Vec4f>(at) = {p.color[0][hardest], p.color[1][hardest], p.color[2][hardest],
+                                   p.distance[hardest] < 0 ? HUGE_VALF : p.distance[hardest]};
 }
 
 // Everywhere evenly: one pixel in each of 32 × 18 cells, by a sequence of low discrepancy.
@@ -129,14 +208,11 @@ FrameStatistics measureFrame(const FramePair& frame) {
     const cv::Size tiles((s.size.width + tile - 1) / tile, (s.size.height + tile - 1) / tile);
     for (cv::Mat* image : {&s.color.lowest, &s.color.highest, &s.color.mean}) image->create(tiles, CV_32FC3);
 
-    s.farthest = cv::Mat::zeros(tiles, CV_32F);
+    s.hardest.create(tiles, CV_32FC4);
     std::vector<Part> parts(tiles.height);
     cv::parallel_for_({0, tiles.height}, [&](const cv::Range& range) {
-        for (int k = range.start; k < range.end; k++) {
-            measureColor(frame.color, k, s.color, parts[k]);
-            for (int j = k * tile; j < std::min((k + 1) * tile, s.size.height); j++)
-                measureGeometry(frame, view, j, s.eyeHeight, parts[k], s.farthest.ptr<float>(k));
-        }
+        for (int j = range.start; j < range.end; j++)
+            for (int i = 0; i < tiles.width; i++) measureTile(frame, view, {i, j}, s, parts[j]);
     });
     Part all;
     for (const Part& part : parts) {
@@ -148,7 +224,7 @@ FrameStatistics measureFrame(const FramePair& frame) {
     s.skyShare = double(all.sky) / std::max(1., double(s.size.area()));
     if (all.farthest.value >= 0) {
         s.minDistance = -all.nearest.value, s.maxDistance = all.farthest.value;
-        s.minHeight = -all.lowest.value, s.maxHeight = all.highest.value;
+        s.minHeight = s.eyeHeight - all.lowest.value, s.maxHeight = s.eyeHeight + all.highest.value;
     }
     double low, high;
     cv::minMaxLoc(s.color.lowest.reshape(1), &low, nullptr);

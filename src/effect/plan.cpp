@@ -71,6 +71,7 @@ namespace {
 struct Known {
     std::map<std::string, ImageBounds> bounds;
     std::map<std::string, std::vector<Probe>> probes;
+    std::set<std::string> isCaptured = {"color", "captured"};  // still the captured colours
 
     ImageBounds of(const std::string& image) const {
         auto found = bounds.find(image);
@@ -91,6 +92,17 @@ struct Known {
         return result;
     }
 };
+
+// The hardest pixels of tiles, in colours as dark as an image has there.
+cv::Mat darkest(const cv::Mat& hardest, const ImageBounds& bounds) {
+    cv::Mat result = hardest.clone();
+    for (int j = 0; j < result.rows; j++)
+        for (int i = 0; i < result.cols; i++)
+            for (int n = 0; n < 3; n++)
+                result.at<cv::Vec4f>(j, i)[n] =
+                    bounds.mean.empty() ? float(bounds.low) : bounds.lowest.at<cv::Vec3f>(j, i)[n];
+    return result;
+}
 
 std::set<std::string> automaticOf(const Step& step) {
     std::set<std::string> names;
@@ -172,6 +184,8 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
                     }
                 own.maxInput = std::max(std::abs(own.input.low), std::abs(own.input.high));
                 own.frame.probes = known.at(step.input, input.frame.probes);
+                if (!known.isCaptured.count(step.input))
+                    own.frame.hardest = darkest(input.frame.hardest, own.input);
                 own.isLast = !isReadLater(steps, k, step.output);
                 own.gain = after[k];
                 decision.plan = plugin->plan(plugin->makeParams(step.values), own);
@@ -183,10 +197,12 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
                     decision.plan.output = own.input;
                     decision.plan.probes = own.frame.probes;
                 }
+                if (!decision.plan.skip) known.isCaptured.erase(step.output);
                 known.bounds[step.output] = decision.plan.output;
                 known.probes.erase(step.output);
                 if (!decision.plan.probes.empty()) known.probes[step.output] = decision.plan.probes;
             } else {
+                known.isCaptured.erase(step.output);
                 known.bounds[step.output] = {};
                 known.probes.erase(step.output);
             }

@@ -45,7 +45,9 @@ struct FrameStatistics {
     double eyeHeight = 0;
     double radiansPerPixel = 0;  ///< at the middle of the image
     ImageBounds color;
-    cv::Mat farthest;  ///< CV_32F, one pixel a tile of ImageBounds: m along the ray, inf where it has sky
+    /// CV_32FC4, one pixel a tile of ImageBounds: red, green, blue and distance (m along the ray, inf: sky)
+    /// of the pixel where fog would show most, far and dark. Colours as they arrive.
+    cv::Mat hardest;
     std::vector<Probe> probes;  ///< the extremes (nearest, farthest, brightest, ...) and some of everywhere
 };
 
