@@ -65,17 +65,20 @@ BRUME_INLINE float encodeFinite(float x) {
     return std::copysign(a <= 0.0031308f ? 12.92f * a : 1.055f * power - 0.055f, x);
 }
 
-// 1. Colour planes, and a bound of luminance: of linear values, to compare with a threshold decoded. sRGB's
-// curve is concave above 0, so the curve of a mean is at least the mean of the curve.
+// 1. Colour planes of finite values, and a bound of luminance: of linear values, to compare with a threshold
+// decoded. sRGB's curve is concave above 0, so the curve of a mean is at least the mean of the curve.
 BRUME_INLINE float separate(int luminance, const float* in, int count, Planes& t) {
+    int magnitude = 0, most = 0;  // floats above 0 compare as whole numbers do
+    for (int i = 0; i < 4 * count; i++)
+        magnitude = std::max(magnitude, std::bit_cast<int>(in[i]) & 0x7fffffff);
     for (int i = 0; i < count; i++)
         for (int n = 0; n < 4; n++) t.color[n][i] = in[4 * i + n];
-    for (auto& plane : t.color)
-        for (int i = 0; i < count; i++) plane[i] = finite(plane[i]);
+    if (magnitude >= 0x7f800000)
+        for (auto& plane : t.color)
+            for (int i = 0; i < count; i++) plane[i] = finite(plane[i]);
     const float red = luminance == encoded601 ? 0.299f : 0.2126f,
                 green = luminance == encoded601 ? 0.587f : 0.7152f,
                 blue = luminance == encoded601 ? 0.114f : 0.0722f;
-    int most = 0;  // floats above 0 compare as whole numbers do
     for (int i = 0; i < count; i++) {
         float bound = std::max(t.color[0][i], 0.0f) * red + std::max(t.color[1][i], 0.0f) * green +
                       std::max(t.color[2][i], 0.0f) * blue;
@@ -83,6 +86,24 @@ BRUME_INLINE float separate(int luminance, const float* in, int count, Planes& t
     }
     return std::bit_cast<float>(most);
 }
+
+// 3. What arrives over the distance; whether anything does.
+BRUME_INLINE bool arrive(const LightDetect& p, const float* rays, const float* depth, int x, int y, int count,
+                         Planes& t) {
+    const float near = p.near, far = p.far > 0 ? p.far : HUGE_VALF, attenuation = p.attenuation;
+    const float rayY = (float(y) + rays[1]) * rays[3], originX = rays[0], inverseFx = rays[2];
+    for (int i = 0; i < count; i++) t.weight[i] = depth[i] < near || depth[i] > far ? 0.0f : 1.0f;
+    if (attenuation > 0.0f)
+        for (int i = 0; i < count; i++) {
+            float rayX = (float(x + i) + originX) * inverseFx;
+            float distance = std::min(depth[i] * View::rayLength(rayX, rayY), 1e30f);
+            t.weight[i] *= extinctionOf(attenuation * distance).transmittance;
+        }
+    int most = 0;
+    for (int i = 0; i < count; i++) most = std::max(most, std::bit_cast<int>(t.weight[i]));
+    return most > 0;
+}
+
 BRUME_INLINE void measure(const LightDetect& p, int count, Planes& t) {
     const float *r = t.color[0], *g = t.color[1], *b = t.color[2];
     if (p.luminance == encoded601)
@@ -93,26 +114,15 @@ BRUME_INLINE void measure(const LightDetect& p, int count, Planes& t) {
         for (int i = 0; i < count; i++) t.luminance[i] = r[i] * 0.2126f + g[i] * 0.7152f + b[i] * 0.0722f;
 }
 
-// 2, 3. Knee, depth range, attenuation, curve.
-BRUME_INLINE void weigh(const LightDetect& p, const float* from, const float* rays, const float* depth, int x,
-                        int y, int count, Planes& t) {
-    const float threshold = p.threshold, knee = p.knee, start = from[0], scale = from[1], near = p.near;
-    const float far = p.far > 0 ? p.far : HUGE_VALF, attenuation = p.attenuation, curve = p.curve;
-    const float rayY = (float(y) + rays[1]) * rays[3], originX = rays[0], inverseFx = rays[2];
+// 2. Knee, and the curve.
+BRUME_INLINE void weigh(const LightDetect& p, const float* from, int count, Planes& t) {
+    const float threshold = p.threshold, knee = p.knee, start = from[0], scale = from[1], curve = p.curve;
     if (knee == 0.0f) {
-        for (int i = 0; i < count; i++) t.weight[i] = t.luminance[i] > threshold ? 1.0f : 0.0f;
+        for (int i = 0; i < count; i++) t.weight[i] = t.luminance[i] > threshold ? t.weight[i] : 0.0f;
     } else {
         for (int i = 0; i < count; i++) {
             float b = t.luminance[i], s = std::min(std::max(b - start, 0.0f), 2.0f * knee);
-            t.weight[i] = std::max(s * s * scale, b - threshold) / std::max(b, 1e-6f);
-        }
-    }
-    for (int i = 0; i < count; i++) t.weight[i] = depth[i] < near || depth[i] > far ? 0.0f : t.weight[i];
-    if (attenuation > 0.0f) {
-        for (int i = 0; i < count; i++) {
-            float rayX = (float(x + i) + originX) * inverseFx;
-            float distance = std::min(depth[i] * View::rayLength(rayX, rayY), 1e30f);
-            t.weight[i] *= expFast(-std::min(attenuation * distance, 87.0f));
+            t.weight[i] *= std::max(s * s * scale, b - threshold) / std::max(b, 1e-6f);
         }
     }
     if (curve != 1.0f)
@@ -120,7 +130,7 @@ BRUME_INLINE void weigh(const LightDetect& p, const float* from, const float* ra
 }
 
 // The lights of `count` pixels of a row, added to `sums`, one a channel. Stretches darker than `darkest`, of
-// linear values, need no sRGB curve.
+// linear values, and those that nothing arrives from need no sRGB curve.
 BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const float* rays, const float* in,
                                const float* depth, int x, int y, int count, float darkest,
                                float* const* sums) {
@@ -129,9 +139,9 @@ BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const fl
     for (int i = 0; i < count; i += 16) __builtin_prefetch(depth + i + 4 * tile);
     const float brightest = separate(p.luminance, in, count, t);
     for (int i = 0; i < count; i++) sums[3][i] += t.color[3][i];
-    if (brightest < darkest) return;
+    if (brightest < darkest || !arrive(p, rays, depth, x, y, count, t)) return;
     measure(p, count, t);
-    weigh(p, from, rays, depth, x, y, count, t);
+    weigh(p, from, count, t);
     const float saturation = p.saturation, intensity = p.intensity, limit = p.limit > 0 ? p.limit : HUGE_VALF;
     float *red = sums[0], *green = sums[1], *blue = sums[2];
     for (int i = 0; i < count; i++) {

@@ -68,7 +68,8 @@ TEST_F(Nasty, Sidecars) {
         {repeated("{\"a\":", 1000000), "is nested deeper than 64"},
         {R"({"camera": {"height": 1, "height": 2}})", "says \"height\" twice"},
         {R"({"camera": {"height": 1e999}})", "holds a number that no double can hold"},
-        {R"({"camera": {"height": )" + repeated("9", 1000000) + "}}", "holds a number that no double can hold"},
+        {R"({"camera": {"height": )" + repeated("9", 1000000) + "}}",
+         "holds a number that no double can hold"},
         {R"({"camera": {"horizontal_view_degrees": 0}})", "horizontal_view_degrees"},
         {R"({"camera": {"fx": -1}})", "camera"},
         {R"({"camera": {"world_from_camera": [0, 0, 0]}})", "must be 16 numbers"},
@@ -106,7 +107,8 @@ TEST_F(Nasty, Presets) {
                    {effect(R"("gaussian_blur", "radius": -1)"), "-1 is out of range"},
                    {effect(R"("depth_fog", "input": "nowhere")"), "reads the image 'nowhere'"},
                    {"", "not JSON"}});
-    for (const char* line : {"apply /dev/zero a.exr -o a.png", "info /dev/zero"}) expectError(line, 2, "no such");
+    for (const char* line : {"apply /dev/zero a.exr -o a.png", "info /dev/zero"})
+        expectError(line, 2, "no such");
     expectError("convert-preset /dev/zero -o x.json", 3, "/dev/zero: is not a regular file");
 }
 
@@ -123,7 +125,8 @@ TEST_F(Nasty, EffectFiles) {
     std::string passes, inputs;
     for (int k = 0; k < 1000; ++k) passes += text("{\"TARGET\": \"t", k, "\"}, ");
     for (int k = 0; k < 2000; ++k)
-        inputs += text(", {\"NAME\": \"f", k, "\", \"TYPE\": \"float\", \"DEFAULT\": 0, \"MIN\": 0, \"MAX\": 1}");
+        inputs +=
+            text(", {\"NAME\": \"f", k, "\", \"TYPE\": \"float\", \"DEFAULT\": 0, \"MIN\": 0, \"MAX\": 1}");
     expectRefused(
         "apply NAME a.exr -o a.png --backend osmesa", 2, ".fs",
         {{"/*{\"SPACE\": \"linear\"*/", "is not JSON"},
@@ -135,12 +138,14 @@ TEST_F(Nasty, EffectFiles) {
          {sized("1/0"), "gives inf"},
          {sized("1e30"), "gives 1e+30"},
          {sized("10000000"), "px a side"},
-         {file("", R"(, "PASSES": [{"TARGET": "t", "COMPUTE": {"LOCAL_SIZE": [99999, 9]}}, {}])"), "LOCAL_SIZE"},
+         {file("", R"(, "PASSES": [{"TARGET": "t", "COMPUTE": {"LOCAL_SIZE": [99999, 9]}}, {}])"),
+          "LOCAL_SIZE"},
          {file(R"(, {"NAME": "a; }", "TYPE": "float", "DEFAULT": 0, "MIN": 0, "MAX": 1})", ""), "a; }"},
          {file("", "", "#include \".\"\nvoid main() {}"), "is not in"},
          {file("", "", "#include \"NAME.fs\"\nvoid main() {}"), "is not in"}});
-    addText("imported.fs",
-            R"(/*{"INPUTS": [], "IMPORTED": {"x": {"PATH": "../../../../../../etc/passwd"}}}*/ void main() {})");
+    addText(
+        "imported.fs",
+        R"(/*{"INPUTS": [], "IMPORTED": {"x": {"PATH": "../../../../../../etc/passwd"}}}*/ void main() {})");
     expectError("apply imported.fs a.exr -o a.png --backend osmesa", 3, "etc/passwd");
 }
 
@@ -185,7 +190,8 @@ TEST_F(Nasty, Words) {
         {"--set depth_fog.color=../../x", "is no colour"},
         {"--set depth_fog.visibility=" + repeated("1,", 20000) + "1", "more than 10000 outputs"}};
     for (const auto& [word, part] : words) expectError("apply depth_fog a.exr -o a.png " + word, 2, part);
-    for (const char* out : {"out/{stem}/../../../../x.png", "{nope}.png", "'{index:999999999}.png'", "x.exe", "a.exr"})
+    for (const char* out :
+         {"out/{stem}/../../../../x.png", "{nope}.png", "'{index:999999999}.png'", "x.exe", "a.exr"})
         expectError("apply depth_fog a.exr -o "s + out, 2, "-o");
     for (const char* name : {"../../x", "'a;b'", "''"}) expectError("new "s + name, 2, "");
     expectError("apply '' '' -o ''", 2, "");
