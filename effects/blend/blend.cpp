@@ -54,7 +54,7 @@ BRUME_VECTORISE void rows(const Blend& p, const CpuContext& c, cv::Range range) 
             const float *in = c.input.ptr<float>(j) + 4 * x, *beside = second.ptr<float>(j) + 4 * x;
             float* const to = const_cast<float*>(c.output.ptr<float>(j)) + 4 * x;
             float* const out = c.outputIsStreamed ? finished : to;
-            for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 4 * step));
+            for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 8 * step));
             if (p.strength <= 0.0f)
                 std::copy(in, in + 4 * count, out);
             else if (p.mode == mixMode)
