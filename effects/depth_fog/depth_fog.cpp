@@ -10,8 +10,10 @@
 // Limits: β = 0 gives T = 1 even at sky; T = 0 gives A even for C = inf; sky is τ = ∞ unless cut off.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/fog.hpp"
+#include "common/sun_offset.hpp"
 #include "depth_fog/reference.hpp"
 #include "effect/plugin.hpp"
 
@@ -25,7 +27,13 @@ using namespace depthFog;
 std::vector<double> beta(const DepthFog& p, const DeriveContext&) {
     const double contrast[] = {-std::log(.05), -std::log(.02)};
     double extinction = p.measure == 2 ? double(p.extinction) : contrast[p.measure] / p.visibility;
-    return {extinction * p.tint[0], extinction * p.tint[1], extinction * p.tint[2]};
+    std::vector<double> beta;
+    for (int n = 0; n < 3; n++) {
+        beta.push_back(extinction * p.tint[n]);
+        // GPUs take numbers below this for 0, which would be no fog even before the sky
+        if (beta[n] > 0) beta[n] = std::max(beta[n], double(std::numeric_limits<float>::min()));
+    }
+    return beta;
 }
 
 std::vector<double> depthScale(const DepthFog& p, const DeriveContext&) {
@@ -98,6 +106,7 @@ BRUME_INLINE void fogChannel(const DepthFog& p, const Constants& k, float beta, 
     const float near = p.near, linearStart = p.linearStart, curve = p.curve, maxOpacity = p.maxOpacity;
     const float start = p.start, exponent = p.powerExponent;
     const float depthScale = k.depthScale, inverseDistance = k.inverseDistance, cutoff = k.cutoff;
+    const float endless = beta > 0 ? 1e18f : 0;  // optical depth of an endless way; its square is finite, too
     for (int i = 0; i < count; i++) {
         Extinction e;
         if constexpr (model == linear) {
@@ -110,7 +119,8 @@ BRUME_INLINE void fogChannel(const DepthFog& p, const Constants& k, float beta, 
             e.opacity = std::min(powFast(u, exponent), maxOpacity);
             e.transmittance = 1.0f - e.opacity;
         } else {
-            float opticalDepth = beta * fogDistance(along[i], start, cutoff);
+            const float x = fogDistance(along[i], start, cutoff);
+            float opticalDepth = x < 3.0e38f ? beta * x : endless;
             if constexpr (model == exponentialSquared) opticalDepth = opticalDepth * opticalDepth;
             e = limited(extinctionOf(opticalDepth), maxOpacity);
         }
@@ -139,7 +149,7 @@ BRUME_INLINE void distanceTile(const DepthFog& p, const View& v, const FogSpan& 
 BRUME_INLINE void airlightTile(const DepthFog& p, const Constants& k, const View& v, const float* depth,
                                int i0, float y, int count, Tile& t) {
     const cv::Matx33f r = v.worldFromView;
-    const float offset = p.sunOffset, exponent = p.sunExponent, g = p.sunAnisotropy;
+    const float exponent = p.sunExponent, g = p.sunAnisotropy;
     const float sx = k.toSun[0], sy = k.toSun[1], sz = k.toSun[2];
     const float originX = v.originX, inverseFx = v.inverseFx;
     float dx[fogTileSize], dy[fogTileSize], dz[fogTileSize], lobe[fogTileSize];
@@ -150,14 +160,9 @@ BRUME_INLINE void airlightTile(const DepthFog& p, const Constants& k, const View
         dy[i] = (r(1, 0) * x + r(1, 1) * y - r(1, 2)) * unit;
         dz[i] = (r(2, 0) * x + r(2, 1) * y - r(2, 2)) * unit;
     }
-    for (int i = 0; i < count && offset > 0; i++) {
-        float x = (float(i0 + i) + originX) * inverseFx;
-        float along =
-            std::min(depth[i] * View::rayLength(x, y), 1e15f);  // from there on the offset is nothing
-        float ox = dx[i] * along + offset, oy = dy[i] * along + offset, oz = dz[i] * along + offset;
-        float unit = 1.0f / std::sqrt(ox * ox + oy * oy + oz * oz);
-        dx[i] = ox * unit, dy[i] = oy * unit, dz[i] = oz * unit;
-    }
+    for (int i = 0; i < count; i++)
+        lobe[i] = depth[i] * View::rayLength((float(i0 + i) + originX) * inverseFx, y);
+    offsetDirections(dx, dy, dz, lobe, p.sunOffset, count);
     if (p.sun == powerSun) {
         for (int i = 0; i < count; i++) {
             float cosine = dx[i] * sx + dy[i] * sy + dz[i] * sz;

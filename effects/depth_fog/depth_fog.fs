@@ -131,6 +131,7 @@
 }*/
 #include "kit/image.glsl"
 #include "kit/view.glsl"
+#include "common/sun_offset.glsl"
 #include "kit/color.glsl"
 
 // 1. Distance x travelled in fog, m; finite even for sky.
@@ -164,6 +165,8 @@ void fogOf(float planarDepth, float distance, out vec3 transmittance, out vec3 o
         return;
     }
     vec3 opticalDepth = beta * x;
+    // from here on a way is endless, and so is its optical depth in any fog
+    if (x >= 3.0e38) opticalDepth = mix(vec3(0.0), vec3(1e18), greaterThan(beta, vec3(0.0)));
     if (model == model_exponential_squared) opticalDepth *= opticalDepth;
     opticalDepth = min(opticalDepth, vec3(104.0));
     opacity = opacityOf(opticalDepth);
@@ -176,8 +179,7 @@ void fogOf(float planarDepth, float distance, out vec3 transmittance, out vec3 o
 // 4. Airlight: the fog's colour, and the sun's lobe round its direction.
 vec3 airlightOf(vec3 direction, float distance) {
     if (sun == sun_none) return color.rgb;
-    // From 1e15 m on the offset is nothing, and squares would overflow.
-    if (sun_offset > 0.0) direction = normalize(direction * min(distance, 1e15) + sun_offset);
+    direction = offsetDirection(direction, distance, sun_offset);
     if (sun == sun_power) {
         float cosine = dot(direction, toSun);
         return color.rgb + sunLight * (cosine > 0.0 ? pow(cosine, sun_exponent) : 0.0);

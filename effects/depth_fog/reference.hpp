@@ -79,8 +79,10 @@ inline ReferencePixel reference(const DepthFog& p, const ReferenceContext& c, cv
     cv::Vec3d direction;
     for (int n = 0; n < 3; n++)
         direction[n] = (m(n, 0) * ray[0] + m(n, 1) * ray[1] + m(n, 2) * ray[2]) / cv::norm(ray);
+    double turn = 1;  // by how much more than a unit vector's rounding does the sum's turn it
     if (p.sunOffset > 0 && std::isfinite(alongRay)) {
         direction = direction * alongRay + cv::Vec3d::all(p.sunOffset);
+        turn = (alongRay + p.sunOffset) / cv::norm(direction);
         direction /= cv::norm(direction);
     }
     cv::Vec3d toSun(p.sunDirection);
@@ -103,7 +105,8 @@ inline ReferencePixel reference(const DepthFog& p, const ReferenceContext& c, cv
     double planarUlps = 4 * epsilon * std::max(std::isfinite(planar) ? planar : 0., double(p.near));
     for (int sign : {-1, 1}) {
         Truth nearby = fogTruth(p, scene, planar + sign * planarUlps, distance + sign * distanceUlps, cosine);
-        Truth turned = fogTruth(p, scene, planar, distance, cosine + sign * 4 * epsilon);
+        const double aside = std::clamp(cosine + sign * 4 * epsilon * turn, -1., 1.);
+        Truth turned = fogTruth(p, scene, planar, distance, aside);
         for (int n = 0; n < 3; n++) {
             for (const Truth& other : {nearby, turned}) {
                 const double difference = std::abs(other.color[n] - truth.color[n]);

@@ -19,7 +19,8 @@ struct Layer {
     float falloff = 0;
 
     static Layer of(float logDensity, float falloff) {
-        const double binary = std::min(double(logDensity), 60.) / 0.69314718055994531;
+        double binary = std::min(double(logDensity), 60.) / 0.69314718055994531;
+        if (falloff == 0) binary = std::max(binary, -93.);  // hides the sky, 1e30 m away, and nothing nearer
         Layer layer;
         layer.exponent = int(std::max(std::floor(binary), -2e6));
         layer.mantissa = float(std::exp2(binary - std::floor(binary)));
@@ -28,7 +29,8 @@ struct Layer {
     }
     BRUME_INLINE float opticalDepth(float L, float dy) const {
         const float way = -falloff * dy;
-        const float x = std::fabs(way) < 1e-30f ? 1e-30f : way;
+        // a level way as one that is hardly not: 1e-7 is 5e-8 off, and thin fog times much less would vanish
+        const float x = std::fabs(way) < 1e-7f ? 1e-7f : way;
         const ReducedExp e = reduceExp(x < -87.0f ? -87.0f : (x > 1e6f ? 1e6f : x));
         int power = exponent + e.n;
         power = power < -126 ? -126 : (power > 126 ? 126 : power);

@@ -165,6 +165,7 @@
 #include "kit/image.glsl"
 #include "kit/view.glsl"
 #include "common/fog.glsl"
+#include "common/sun_offset.glsl"
 #include "common/profiles.glsl"
 #include "common/noise.glsl"
 #include "common/noise_line.glsl"
@@ -258,7 +259,7 @@ float productMean(vec3 direction, float L) {
 vec3 airlightOf(float n, vec3 direction, float L) {
     vec3 airlight = color.rgb + n * (color_high.rgb - color.rgb);
     if (sun_color.rgb == vec3(0.0)) return airlight;
-    if (sun_offset > 0.0 && L < 1e15) direction = normalize(direction * L + sun_offset);
+    direction = offsetDirection(direction, L, sun_offset);
     float cosine = dot(direction, to_sun);
     return airlight + sun_color.rgb * (cosine > 0.0 ? pow(cosine, sun_exponent) : 0.0);
 }

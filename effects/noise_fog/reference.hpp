@@ -298,8 +298,10 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
     for (int n = 0; n < 3; n++)
         d[n] = (m(n, 0) * ray[0] + m(n, 1) * ray[1] + m(n, 2) * ray[2]) / cv::norm(ray);
     cv::Vec3d towards = d;
+    double turn = 1;  // by how much more than a unit vector's rounding does the sum's turn it
     if (p.sunOffset > 0 && L < 1e15) {
         towards = d * L + cv::Vec3d::all(p.sunOffset);
+        turn = (L + p.sunOffset) / cv::norm(towards);
         towards /= cv::norm(towards);
     }
     const cv::Vec3d sun(p.sunDirection);
@@ -378,7 +380,7 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
         } else {
             densitywise.take(change(L, std::max(0., relative + sign * relativeChange), n, cosine));
         }
-        sunwise.take(change(L, relative, n, std::min(1., cosine + sign * epsilon)));
+        sunwise.take(change(L, relative, n, std::min(1., cosine + sign * epsilon * turn)));
     }
     for (const Change& c : {lengthwise, noisewise, densitywise, sunwise}) {
         pixel.allowance += c.color;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/fog.hpp"
+#include "common/sun_offset.hpp"
 #include "effect/plugin.hpp"
 #include "noise_fog/methods.hpp"
 #include "noise_fog/params.hpp"
@@ -188,19 +189,17 @@ BRUME_INLINE void airlightTile(const NoiseFog& p, const Constants& k, int count,
         for (int i = 0; i < count; i++) t.airlight[n][i] = a + t.noise[i] * b;
     }
     if (!p.hasSun()) return;
-    const float offset = p.sunOffset, exponent = p.sunExponent;
+    const float exponent = p.sunExponent;
     const float s0 = k.toSun[0], s1 = k.toSun[1], s2 = k.toSun[2];
     const float c0 = p.sunColor[0], c1 = p.sunColor[1], c2 = p.sunColor[2];
+    float x[fogTileSize], y[fogTileSize], z[fogTileSize];
     for (int i = 0; i < count; i++) {
         const float shorten = 1.0f / t.length[i];
-        float x = t.ray[0][i] * shorten, y = t.ray[1][i] * shorten, z = t.ray[2][i] * shorten;
-        if (offset > 0.0f) {
-            const float L = t.L[i] < 1e15f ? t.L[i] : 1e15f;  // from there on the offset is nothing
-            x = x * L + offset, y = y * L + offset, z = z * L + offset;
-            const float unit = 1.0f / std::sqrt(x * x + y * y + z * z);
-            x *= unit, y *= unit, z *= unit;
-        }
-        const float cosine = x * s0 + y * s1 + z * s2;
+        x[i] = t.ray[0][i] * shorten, y[i] = t.ray[1][i] * shorten, z[i] = t.ray[2][i] * shorten;
+    }
+    offsetDirections(x, y, z, t.L, p.sunOffset, count);
+    for (int i = 0; i < count; i++) {
+        const float cosine = x[i] * s0 + y[i] * s1 + z[i] * s2;
         const float lobe = powFast(cosine > 0.0f ? cosine : 0.0f, exponent);
         t.airlight[0][i] += c0 * lobe;
         t.airlight[1][i] += c1 * lobe;

@@ -61,6 +61,18 @@ TEST(DepthFog, FullFogIsTheAirlightEvenBeforeInfiniteColour) {
         }
 }
 
+TEST(DepthFog, TheThinnestFogHidesSky) {
+    for (const char* extinction : {"1e-37", "2e-38", "1e-41"})
+        for (const char* model : {"exponential", "exponential squared"}) {
+            const std::string parameters =
+                std::string(R"("measure": "extinction", "color": [0.1, 0.2, 0.3], "model": ")") + model +
+                R"(", "extinction": )" + extinction;
+            EXPECT_EQ(only(pixel(infinity, {1, 1, 1, 1}), parameters), cv::Vec4f(.1f, .2f, .3f, 1))
+                << parameters;
+            EXPECT_EQ(only(pixel(1e20f, {1, 1, 1, 1}), parameters), cv::Vec4f(1, 1, 1, 1)) << parameters;
+        }
+}
+
 TEST(DepthFog, OpacityGrowsWithDistanceAndStaysInItsRange) {
     for (const char* model : {"exponential", "exponential squared", "linear", "power"}) {
         float last = 1;

@@ -32,6 +32,11 @@ TEST(HeightFog, WithoutFalloffIsHomogeneous) {
               runFog(frame, R"({"effect": "depth_fog", "measure": "extinction", "extinction": 0.02})")
                   .images["color"]),
         2e-6);
+    frame.depth.setTo(1e9);  // and so is the thinnest
+    EXPECT_LT(apart(transmittanceOf(frame, R"({"effect": "height_fog", "density": 1e-9, "falloff": 0})"),
+                    transmittanceOf(
+                        frame, R"({"effect": "depth_fog", "measure": "extinction", "extinction": 1e-9})")),
+              2e-6);
 }
 
 TEST(HeightFog, TransmittancesOfLayersMultiply) {
@@ -125,6 +130,23 @@ TEST(HeightFog, SkyIsTheLimitOfEverLongerWays) {
             frame.depth.setTo(HUGE_VALF);
             EXPECT_LT(apart(far, transmittanceOf(frame, step)), 2e-6) << profile << " " << pitch;
         }
+}
+
+TEST(HeightFog, TheThinnestFogHidesSkyUnlessItEnds) {
+    FramePair frame = fogFrame({3, 3}, HUGE_VAL);
+    frame.depth.at<float>(0, 0) = 1e9f;
+    frame.camera.worldFromCamera = Camera::standing(1.6, 50);
+    for (const char* density : {"1e-20", "1e-29", "1e-35"}) {
+        const cv::Mat T = transmittanceOf(
+            frame, R"({"effect": "height_fog", "falloff": 0, "density": )" + std::string(density) + "}");
+        EXPECT_EQ(T.at<cv::Vec4f>(0, 0)[0], 1) << density;
+        EXPECT_EQ(T.at<cv::Vec4f>(1, 1)[0], 0) << density;
+        EXPECT_EQ(transmittanceOf(frame, R"({"effect": "height_fog", "falloff": 1e-9, "density": )" +
+                                             std::string(density) + "}")
+                      .at<cv::Vec4f>(1, 1)[0],
+                  1)
+            << density;
+    }
 }
 
 // A world moved up by 1e6 or 1e7 m, and its fog with it, is the same picture.
