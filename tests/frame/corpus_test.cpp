@@ -58,6 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
                  options.encoding = parseDepthEncoding("linear:scale_to_metres=.001,unknown=0");
                  readFrame(path, options);
              }},
+        Case{"reader", [](const std::string& path, const std::string&) { readImage(path, 1 << 18); }},
         Case{"header",
              [](const std::string&, const std::string& content) {
                  const EffectHeader header = parseHeader("fuzz.fs", content);
