@@ -35,37 +35,48 @@ struct Panel {
     alignas(64) Lanes depth[nodes], red[nodes], green[nodes], blue[nodes];
 };
 
+// A plain loop a stage: with the nodes inside one loop over pixels nothing vectorises.
 BRUME_VECTORISE inline void addPanel(Tile& tile, const Panel& panel) {
+    alignas(64) Lanes weight[nodes], before[nodes], depth, total, nearest, scale;
     for (int x = 0; x < tileWidth; x++) {
-        float weight[nodes], before[nodes], depth = 0, total = 0, nearest = 3e38f;
-        for (int j = 0; j < nodes; j++) depth += nodeWeight[j] * panel.depth[j][x];
-        for (int i = 0; i < nodes; i++) {
-            before[i] = 0;
-            for (int j = 0; j < nodes; j++) before[i] += nodeIntegral[i][j] * panel.depth[j][x];
-            before[i] = most(before[i], 0.0f);
-            nearest = least(nearest, before[i]);
-        }
-        // Only ratios of the weights count: from the nearest node on, they cannot all vanish in dense fog.
-        for (int i = 0; i < nodes; i++) {
-            weight[i] = nodeWeight[i] * panel.depth[i][x] * brume::expFast(nearest - before[i]);
-            total += weight[i];
-        }
-        // Scaled so that a constant S gives S·(1 - e^-Δτ) exactly.
-        depth = least(depth, tile.stop[x] - tile.depth[x]);
-        const float scattered = tile.through[x] * brume::extinctionOf(depth).opacity;
-        const float scale = scattered / most(total, 1e-30f);
-        float red = 0, green = 0, blue = 0;
-        for (int i = 0; i < nodes; i++) {
-            red += weight[i] * panel.red[i][x];
-            green += weight[i] * panel.green[i][x];
-            blue += weight[i] * panel.blue[i][x];
-        }
-        tile.red[x] += scale * red;
-        tile.green[x] += scale * green;
-        tile.blue[x] += scale * blue;
-        tile.through[x] -= scattered;
-        tile.depth[x] += depth;
+        depth[x] = total[x] = 0;
+        nearest[x] = 3e38f;
     }
+    for (int i = 0; i < nodes; i++) {
+        const float a = nodeIntegral[i][0], b = nodeIntegral[i][1], c = nodeIntegral[i][2],
+                    d = nodeIntegral[i][3];
+        for (int x = 0; x < tileWidth; x++) {
+            depth[x] += nodeWeight[i] * panel.depth[i][x];
+            const float sum = ((a * panel.depth[0][x] + b * panel.depth[1][x]) + c * panel.depth[2][x]) +
+                              d * panel.depth[3][x];
+            before[i][x] = most(sum, 0.0f);
+            nearest[x] = least(nearest[x], before[i][x]);
+        }
+    }
+    // Only ratios of the weights count: from the nearest node on, they cannot all vanish in dense fog.
+    for (int i = 0; i < nodes; i++)
+        for (int x = 0; x < tileWidth; x++) {
+            weight[i][x] = nodeWeight[i] * panel.depth[i][x] * brume::expFast(nearest[x] - before[i][x]);
+            total[x] += weight[i][x];
+        }
+    // Scaled so that a constant S gives S·(1 - e^-Δτ) exactly.
+    for (int x = 0; x < tileWidth; x++) {
+        const float own = least(depth[x], tile.stop[x] - tile.depth[x]);
+        const float scattered = tile.through[x] * brume::extinctionOf(own).opacity;
+        scale[x] = scattered / most(total[x], 1e-30f);
+        tile.through[x] -= scattered;
+        tile.depth[x] += own;
+    }
+    auto addLight = [&](const Lanes* light, float* sum) {
+        for (int x = 0; x < tileWidth; x++)
+            sum[x] +=
+                scale[x] *
+                (((weight[0][x] * light[0][x] + weight[1][x] * light[1][x]) + weight[2][x] * light[2][x]) +
+                 weight[3][x] * light[3][x]);
+    };
+    addLight(panel.red, tile.red);
+    addLight(panel.green, tile.green);
+    addLight(panel.blue, tile.blue);
 }
 
 inline void marchPanels(March& m, int panels) {

@@ -36,17 +36,23 @@ inline Bounds boundsOf(const Params& p, const brume::PlanInput& in) {
     return bounds;
 }
 
-// Frame copies on the CPU at 1280×720 with two threads. `lampShare`: of the rays, within lamps' ranges.
-inline double costOf(const Params& p, int method, int steps, double lampShare) {
+// Frame copies on the CPU at 1280×720 with two threads, as `brume bench volume_fog --backend cpu` has them;
+// of lamps and of further volumes estimated. `lampShare`: of the rays, within lamps' ranges.
+inline double costOf(const Params& p, int method, int steps, double lampShare, bool hasShadow) {
     const double volumes = double(p.density > 0) + double(p.boxes.size());
-    double step = .3 + .3 * volumes + (method == Equiangular ? 1. : .5) * lampShare;
-    if (p.noise != NoNoise)
-        step += 2.3 * (method == SharedNoise ? .5 : method == GaussLegendre ? 1. : 1. / p.noise_every);
-    return 3 + steps * step;
+    double step = .3 + .3 * volumes + (method == Equiangular ? 1. : .5) * lampShare + (hasShadow ? .5 : 0);
+    if (method == GaussLegendre) step += .4;
+    if (p.noise != NoNoise) {
+        const bool isInterpolated = method == Midpoint || method == Equiangular;
+        const int every = isInterpolated ? p.noise_every : 1;
+        step += method == SharedNoise ? .8 : 1.6 / every + (every > 1 ? .55 : 0);
+    }
+    return 5 + steps * step;
 }
 
 inline std::vector<brume::TrialOption> optionsOf(const Params& p, const brume::PlanInput& in,
                                                  double lampShare) {
+    const bool hasShadow = p.shadow_strength > 0 && shadowLight(in.scene.extras);
     std::vector<int> methods = {Midpoint, GaussLegendre};
     if (p.noise != NoNoise) methods.push_back(SharedNoise);
     if (lampShare > 0) methods.push_back(Equiangular);
@@ -58,7 +64,8 @@ inline std::vector<brume::TrialOption> optionsOf(const Params& p, const brume::P
         int last = 0;
         for (int steps : numbers) {
             if (method == GaussLegendre && in.chooses("steps")) steps = (steps + 3) / 4 * 4;  // whole panels
-            if (steps != last) options.push_back({method, steps, costOf(p, method, steps, lampShare)});
+            if (steps != last)
+                options.push_back({method, steps, costOf(p, method, steps, lampShare, hasShadow)});
             last = steps;
         }
     }
@@ -87,7 +94,7 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
     if (p.method == P2 && !in.chooses("method")) {
         // Its sum does not tend to the integral: more steps only smooth it.
         if (in.chooses("steps")) plan.chosen["steps"] = 128;
-        plan.predictedCost = costOf(p, P2, int(plan.chosen["steps"]), 1);
+        plan.predictedCost = costOf(p, P2, int(plan.chosen["steps"]), 1, true);
         plan.predictedError = 1;
         plan.why = "p2 is not the integral at any number of steps; 128 are the paper's own";
         return plan;
