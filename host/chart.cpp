@@ -75,7 +75,10 @@ void addChart(CLI::App& program) {
     command->add_flag(
         "--papers", a->papers,
         "Instead: run the papers' experiments again, on every --frame, and put their figures beside ours");
-    command->add_option("--pixels", a->pixels, "At how many the fp64 reference is asked")
+    command
+        ->add_option(
+            "--pixels", a->pixels,
+            "At how many the fp64 reference is asked, and for the worst one where methods differ most, too")
         ->capture_default_str()
         ->check(CLI::Range(1, 1 << 24));
     command->footer(
