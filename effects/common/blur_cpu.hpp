@@ -29,7 +29,7 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
     // Upright tiles, one a task: no row is filtered twice. The filtered rows that four output rows need stay
     // in the L2 cache where they can.
     const int lines = tapCount - 1 + acrossRows, threads = cv::getNumThreads();
-    const int widest = std::clamp(384 * 1024 / (16 * lines), 32, 960);
+    const int widest = std::clamp(640 * 1024 / (16 * lines), 32, 960);
     const int tiles = std::min((width + 31) / 32, ((width - 1) / widest / threads + 1) * threads);
     const int tile = ((width - 1) / tiles / 32 + 1) * 32;
     const bool streams = brume::isStreamed(out);
