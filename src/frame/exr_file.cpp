@@ -11,6 +11,7 @@
 #include <openexr.h>
 
 #include <algorithm>
+#include <climits>
 #include <filesystem>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
@@ -43,6 +44,8 @@ OpenExr openWithinLimits(const std::string& path, size_t maxPixels) {
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     thread_local std::string complaint;
     complaint.clear();
+    const int most = int(std::min<size_t>(maxPixels, INT_MAX));  // a side; the area is checked below
+    setup.max_image_width = setup.max_image_height = setup.max_tile_width = setup.max_tile_height = most;
     setup.error_handler_fn = [](exr_const_context_t, exr_result_t, const char* message) {
         complaint = message;
     };

@@ -10,7 +10,7 @@ fs::path Installed::prefix() { return testing::TempDir() + "brume-installed-" + 
 
 void Installed::SetUpTestSuite() {
     Ran ran = run(testing::TempDir() + "/",
-                  "cmake --install '" BRUME_BINARY_DIR "' --prefix '" + prefix().string() + "'");
+                  "cmake --install '" BRUME_BINARY_DIR "' --strip --prefix '" + prefix().string() + "'");
     ASSERT_EQ(ran.status, 0) << ran.err;
 }
 
