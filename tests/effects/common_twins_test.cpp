@@ -8,6 +8,7 @@
 #include "common/noise_line.hpp"
 #include "common/noise_reference.hpp"
 #include "common/profiles.hpp"
+#include "common/sun_offset.hpp"
 #include "measure/probe.hpp"
 
 namespace brume {
@@ -135,6 +136,40 @@ TEST(CommonTwins, ProfilesAgreeAndFollowFp64) {
     EXPECT_LE(phiWrong, 3e-7);
     EXPECT_LE(meanApart, 6e-7);
     EXPECT_LE(meanWrong, 4e-7);
+}
+
+// Where the sun's lobe looks: from next to nothing to past 1e15 m, and with vectors that nearly cancel.
+TEST(CommonTwins, OffsetDirectionsAgreeAndFollowFp64) {
+    std::vector<float> in0(4 * count), turned[3], way(count);
+    for (auto& axis : turned) axis.resize(count);
+    std::mt19937 random(13);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<float> exponent(-40, 55);
+    const float offset = 10;
+    for (size_t k = 0; k < count; k++) {
+        cv::Vec3d d(normal(random), normal(random), normal(random));
+        if (k % 4 == 0) d = cv::Vec3d::all(-1) + d * .01;
+        d /= cv::norm(d);
+        way[k] = in0[4 * k + 3] =
+            k % 4 == 0 ? float(offset * (1.732 + .01 * normal(random))) : std::exp2(exponent(random));
+        for (int n = 0; n < 3; n++) in0[4 * k + n] = turned[n][k] = float(d[n]);
+    }
+    const auto results = probeGlsl(gl(), common("sun_offset.glsl"),
+                                   "result = vec4(offsetDirection(in0.xyz, in0.w, 10.0), 0.0);", in0);
+    offsetDirections(turned[0].data(), turned[1].data(), turned[2].data(), way.data(), offset, int(count));
+    double apart = 0, wrong = 0;
+    for (size_t k = 0; k < count; k++) {
+        const cv::Vec3d d(in0[4 * k], in0[4 * k + 1], in0[4 * k + 2]);
+        const double L = std::min(1e15, double(way[k]));
+        const cv::Vec3d sum = d * L + cv::Vec3d::all(offset);
+        const double length = cv::norm(sum), conditioning = (L + offset) / length;
+        for (int n = 0; n < 3; n++) {
+            apart = std::max(apart, std::abs(double(results[4 * k + n]) - turned[n][k]) / conditioning);
+            wrong = std::max(wrong, std::abs(sum[n] / length - turned[n][k]) / conditioning);
+        }
+    }
+    EXPECT_LE(apart, 4e-7);
+    EXPECT_LE(wrong, 4e-7);
 }
 
 // The telescoping sum is the integral: fp64 against quadrature of the reference's noise.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "effects/fog_fixture.hpp"
+#include "gl/gl_runner.hpp"
 
 namespace brume {
 namespace {
@@ -141,8 +142,11 @@ double psnr(const cv::Mat& a, const cv::Mat& b) {
 // Measured: layers 117 to 122 dB, the ramp 136; boxes 125 by midpoint, 100 by Gauss-Legendre, whose panels
 // straddle walls.
 void expectSame(const FramePair& frame, const std::string& step, const cv::Mat& rendered, double decibels) {
-    const cv::Mat ours = runFog(frame, step).images.at("color");
-    EXPECT_GE(psnr(ours, rendered), decibels) << step;
+    EXPECT_GE(psnr(runFog(frame, step).images.at("color"), rendered), decibels) << "CPU " << step;
+    static const auto gl = makeGlRunner();
+    const Chain chain = parsePreset("{\"effects\": [" + step + "]}", "test", EffectRegistry::standard());
+    const cv::Mat glsl = gl->run(planChain(chain, frame, Backend::Gl, {}), frame, {}).images.at("color");
+    EXPECT_GE(psnr(glsl, rendered), decibels) << "GLSL " << step;
     EXPECT_LT(psnr(frame.color, rendered), 25) << "the fog hardly shows: " << step;
 }
 
