@@ -136,7 +136,7 @@ double statedError(const BesselBlur& p, double radius) {
         case recursive:
             return 0;
         case decimated:
-            return std::max(1e-4, std::min(1e-3, double(p.tolerance)));
+            return std::min(1e-3, double(p.tolerance));
         case hold:
             return radius < .6 ? .35 : std::min(.2, .08 / (radius * radius));
         case bilinear:
@@ -184,16 +184,15 @@ void reference(const BesselBlur& p, const ReferenceContext& c, std::span<const c
 double kernelError(int method, double radius, double tolerance) {
     if (method == recursive) return 1e-6;  // rounding
     if (method == hold) return std::min(.4, .06 / (radius * radius));
-    if (method != decimated) return statedError({0, float(tolerance), method}, radius);
-    if (blur::besselFactor(radius, tolerance) == 1) return tolerance;
-    return tolerance < 1e-3 ? 1.5e-4 : 5e-4;
+    if (method == decimated) return std::min(tolerance, 1e-3);
+    return statedError({0, float(tolerance), method}, radius);
 }
 
-// Frame copies on the CPU at 1280×720 with two threads.
-double costOf(int method, double radius, int reach) {
-    if (method == fir) return .9 + .14 * reach;
-    if (method == decimated) return radius < 20 ? 2.7 : 1.9;
-    return 3.1;
+// Frame copies on the CPU at 1920×1080 with two threads; `reach` of the FIR, or the small one.
+double costOf(int method, int factor, int reach) {
+    if (method == fir || (method == decimated && factor == 1)) return 1.1 + .26 * reach;
+    if (method == decimated) return 2 + 1. / factor + .39 * reach / (factor * factor);
+    return 5;
 }
 
 Plan plan(const BesselBlur& p, const PlanInput& in) {
@@ -207,7 +206,7 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         plan.why = "a radius of 0 changes nothing";
         return plan;
     }
-    const blur::Unseen unseen(in, {radius, 12, false});
+    const blur::Unseen unseen(in, {radius, 12, blur::besselDensity});
     std::vector<blur::Choice> choices;
     auto offer = [&](int method, const char* name, double tolerance, double peak) {
         if (!in.chooses("method") && method != p.method) return;
@@ -217,13 +216,22 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         if (!in.chooses("tolerance") && in.chooses("method") && error > 1.001 * p.tolerance &&
             method != recursive)
             return;
-        const int reach = method == fir ? int(blur::besselTaps(radius, tolerance).size()) - 1 : 0;
+        const int factor = method == decimated ? blur::besselFactor(radius, tolerance) : 1,
+                  reach = method == decimated ? blur::besselSmallReach(radius, tolerance)
+                          : method == fir     ? int(blur::besselTaps(radius, tolerance).size()) - 1
+                                              : 0;
         choices.push_back({method, name, tolerance, error, peak,
-                           costOf(method, radius, reach) * in.scene.size.area() / in.frame.size.area()});
+                           costOf(method, factor, reach) * in.scene.size.area() / in.frame.size.area()});
     };
     offer(fir, "fir", std::clamp(unseen.error(1), 1e-6, 1e-3), 1);
     offer(recursive, "recursive", 1e-3, 4);
-    for (double tolerance : {1e-3, 1e-4}) offer(decimated, "decimated", tolerance, 5.5);
+    // Decimated errs most where the kernel bends, by at most 1.13 times the ratio (measured, at a factor of
+    // 2), which depends on the tolerance itself.
+    auto peak = [](double tolerance) { return 1.13 * blur::besselRatio(tolerance); };
+    double unseenDecimated = 1e-3;
+    for (int n = 0; n < 4; n++)
+        unseenDecimated = std::clamp(.98 * unseen.error(peak(unseenDecimated)), 1e-6, 1e-3);
+    offer(decimated, "decimated", unseenDecimated, peak(unseenDecimated));
     offer(hold, "hold", 1e-3, 4);
     offer(bilinear, "bilinear", 1e-3, 4);
     blur::choose(plan, in, unseen, choices);

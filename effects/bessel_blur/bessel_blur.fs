@@ -12,7 +12,7 @@
      "LABELS": ["fir", "recursive", "decimated", "hold", "bilinear"], "AUTO": true, "DEFAULT": "auto",
      "LABEL": "Method", "HINT": "recursive is exact at any radius; hold and bilinear are the textbook discretisations"},
     {"NAME": "tolerance", "TYPE": "float", "AUTO": true, "DEFAULT": "auto", "MIN": 1e-6, "MAX": 0.1, "LABEL": "Tolerance",
-     "HINT": "largest error of the kernel, per largest input; decimated knows 1e-3 and 1e-4; auto: whatever does not show on this frame, at most 1e-3"}
+     "HINT": "largest error of the kernel, per largest input; of decimated at most 1e-3; auto: whatever does not show on this frame, at most 1e-3"}
   ],
   "DERIVED": [
     {"NAME": "reach", "TYPE": "int", "FROM": ["radius", "method", "tolerance", "size"]},
@@ -69,7 +69,7 @@
     "the kernel is negative beyond 3.7 radii: dark rings of .43 % of a bright light's height",
     "a separable pair is not round: 7.7 times brighter on the axes than on the diagonals at 3.7 radii",
     "bilinear rings below radius 1, where its poles tend to -1, and is off by .14 there; hold by .02",
-    "decimated is fir below radius 6.6",
+    "decimated is fir below radius 6.8",
     "replicated edges keep constants but not the mean"
   ],
   "STABILITY": [

@@ -5,6 +5,11 @@
 
 namespace blur {
 
+/// The Gaussian at a distance in standard deviations, per deviation.
+inline double gaussianDensity(double distance) {
+    return std::exp(-.5 * distance * distance) / std::sqrt(2 * std::numbers::pi);
+}
+
 /// e^(-x²/2), x ≥ 0, as three damped oscillations, fitted for this project to the least L1 error (6.6e-6 of
 /// the normalised kernel) by reweighted least squares; sampled at n/σ. In separate first-order complex
 /// recursions, where a direct form of sixth order would lose all of fp32 at large σ.

@@ -28,11 +28,11 @@ struct Choice {
     double cost = 0;  ///< frame copies
 };
 
-/// The kernel that is wanted.
+/// The kernel that is wanted: along either axis the same, and symmetric.
 struct Wanted {
-    double deviation = 0;     ///< px of the input image
-    double reach = 5;         ///< deviations beyond which there is less than a millionth of it
-    bool isGaussian = false;  ///< nowhere negative
+    double deviation = 0;                 ///< px of the input image
+    double reach = 5;                     ///< deviations beyond which there is less than a millionth of it
+    double (*density)(double) = nullptr;  ///< at a distance in deviations, per deviation
 };
 
 /// How large a kernel's error (L1) may be without showing. A difference of kernels adds up to 0, so of a
@@ -42,9 +42,15 @@ class Unseen {
   public:
     Unseen(const brume::PlanInput& in, const Wanted& wanted) {
         const auto& bounds = in.input;
+        double positive = 0, negative = 0;  // parts of the kernel, along one axis
+        for (double step = 1. / 64, x = step / 2; x < wanted.reach; x += step) {
+            const double density = wanted.density(x);
+            (density > 0 ? positive : negative) += 2 * step * std::abs(density);
+        }
+        const double negativePair = 2 * positive * negative;
         if (bounds.mean.empty()) {
-            const double lowest = wanted.isGaussian ? bounds.low : -HUGE_VAL;
-            add(in.largestUnseen(lowest), bounds.high - bounds.low, HUGE_VAL);
+            const double range = bounds.high - bounds.low;
+            add(in.largestUnseen(bounds.low - negativePair * range), range, HUGE_VAL);
             return;
         }
         constexpr int tile = brume::ImageBounds::tile;
@@ -54,27 +60,29 @@ class Unseen {
         const cv::Size window(std::min(2 * reach + 1, 2 * bounds.mean.cols + 1),
                               std::min(2 * reach + 1, 2 * bounds.mean.rows + 1));
         const cv::Mat box = cv::Mat::ones(window, CV_8U);
-        cv::Mat lowest, highest, light = bounds.mean.clone(), near;
+        cv::Mat lowest, highest, light = bounds.mean.clone(), dark = bounds.mean.clone();
         cv::erode(bounds.lowest, lowest, box, {-1, -1}, 1, cv::BORDER_REPLICATE);
         cv::dilate(bounds.highest, highest, box, {-1, -1}, 1, cv::BORDER_REPLICATE);
-        // Replicated edges repeat a tile's last pixels, which may be its brightest.
-        for (int row : {0, light.rows - 1}) bounds.highest.row(row).copyTo(light.row(row));
-        for (int column : {0, light.cols - 1}) bounds.highest.col(column).copyTo(light.col(column));
-        cv::boxFilter(light, light, CV_32F, window, {-1, -1}, false, cv::BORDER_REPLICATE);
-        // What a Gaussian surely leaves of the light within about one deviation.
-        const int close = std::max(0, int(std::lround(.75 * deviation - .5)));
-        const double share = std::exp(-std::pow((close + 1) / deviation, 2)) *
-                             std::pow((2 * close + 1) / deviation, 2) / (2 * CV_PI);
-        cv::boxFilter(bounds.mean, near, CV_32F, {2 * close + 1, 2 * close + 1}, {-1, -1}, true,
-                      cv::BORDER_REPLICATE);
+        // Replicated edges repeat a tile's last pixels, which may be its brightest, or darkest.
+        for (int row : {0, light.rows - 1}) {
+            bounds.highest.row(row).copyTo(light.row(row));
+            bounds.lowest.row(row).copyTo(dark.row(row));
+        }
+        for (int column : {0, light.cols - 1}) {
+            bounds.highest.col(column).copyTo(light.col(column));
+            bounds.lowest.col(column).copyTo(dark.col(column));
+        }
+        cv::Mat sums, floor;
+        cv::boxFilter(light, sums, CV_32F, window, {-1, -1}, false, cv::BORDER_REPLICATE);
+        const double floorOfOne = leastOf(wanted, deviation, reach, dark, light, floor);
         for (int j = 0; j < light.rows; j++)
             for (int i = 0; i < light.cols; i++)
                 for (int n = 0; n < 3; n++) {
                     const double low = lowest.at<cv::Vec3f>(j, i)[n], high = highest.at<cv::Vec3f>(j, i)[n];
-                    double least = wanted.isGaussian ? low : -HUGE_VAL;
-                    if (wanted.isGaussian && low >= 0)
-                        least = std::max(least, share * near.at<cv::Vec3f>(j, i)[n]);
-                    const double sum = light.at<cv::Vec3f>(j, i)[n] - low * window.area();
+                    // What is low everywhere stays, and of what is above it the kernel leaves at least this.
+                    const double least = low + std::max(floor.at<cv::Vec3f>(j, i)[n] - low * floorOfOne,
+                                                        -negativePair * (high - low));
+                    const double sum = sums.at<cv::Vec3f>(j, i)[n] - low * window.area();
                     add(in.largestUnseen(least), high - low, sum / (2 * CV_PI * deviation * deviation));
                 }
     }
@@ -91,6 +99,37 @@ class Unseen {
         double byRange, bySum;
     };
     std::vector<Place> places_;
+
+    // What the kernel makes of an image at least: of tiles' means, which are all that is known, as much as
+    // any pixel of a tile may weigh for any pixel of another. The means are above 0, `dark` and `light` at
+    // most and at least that. Returns what it is of a constant 1.
+    static double leastOf(const Wanted& wanted, double deviation, int reach, const cv::Mat& dark,
+                          const cv::Mat& light, cv::Mat& floor) {
+        // Along one axis the density lies between sure - shade and bright - shade.
+        std::vector<float> sure, bright, shade;
+        for (int d = -reach; d <= reach; d++) {
+            const double from = std::max(0, std::abs(d) - 1) / deviation, to = (std::abs(d) + 1) / deviation;
+            const int parts = int(std::ceil((to - from) * 32));
+            double least = HUGE_VAL, most = -HUGE_VAL;
+            for (int k = 0; k <= parts; k++) {
+                const double x = wanted.density(from + (to - from) * k / parts) / deviation;
+                least = std::min(least, x), most = std::max(most, x);
+            }
+            sure.push_back(float(std::max(0., least)));
+            bright.push_back(float(std::max(0., most)));
+            shade.push_back(float(std::max(0., -least)));
+        }
+        auto filtered = [](const cv::Mat& image, const std::vector<float>& x, const std::vector<float>& y) {
+            cv::Mat result;
+            cv::sepFilter2D(image, result, CV_32F, x, y, {-1, -1}, 0, cv::BORDER_REPLICATE);
+            return result;
+        };
+        floor = filtered(dark, sure, sure) - filtered(light, bright, shade) - filtered(light, shade, bright);
+        double sums[3] = {};
+        for (size_t k = 0; k < sure.size(); k++)
+            sums[0] += sure[k], sums[1] += bright[k], sums[2] += shade[k];
+        return sums[0] * sums[0] - 2 * sums[1] * sums[2];
+    }
 
     void add(double unseen, double range, double sum) {
         places_.push_back({2 * unseen / std::max(range, 1e-30), unseen / std::max(sum, 1e-30)});

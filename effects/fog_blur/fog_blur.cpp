@@ -338,7 +338,7 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
     const double largest = largestOf(p, in.scene), across = 8 * largest + 1;
     double unseen = HUGE_VAL;
     for (double deviation : {largest, .5 * largest, .25 * largest, std::min(largest, 1.)})
-        unseen = std::min(unseen, blur::Unseen(in, {deviation, 5, true}).error(4));
+        unseen = std::min(unseen, blur::Unseen(in, {deviation, 5, blur::gaussianDensity}).error(4));
     const double ladderError = p.edges == keep ? .03 : .021,
                  ladderCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius)),
                  gatherCost = 4 + .25 * across * across;

@@ -235,7 +235,7 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
         plan.why = "a radius of 0 changes nothing";
         return plan;
     }
-    const blur::Unseen unseen(in, {sigma, 5, true});
+    const blur::Unseen unseen(in, {sigma, 5, blur::gaussianDensity});
     std::vector<blur::Choice> choices;
     auto offer = [&](int method, const char* name, double tolerance, double peak) {
         if (!in.chooses("method") && method != p.method) return;

@@ -134,6 +134,24 @@ TEST(LightDetect, ASmallLightGivesTheSameLightWhereverItLies) {
         }
 }
 
+// A light that only one side sees would spread over a whole blur: the CPU's lights go through both.
+TEST(LightDetect, BlursOfTheCpusLightsAgree) {
+    const cv::Mat lights =
+        detect(frameOf(blur_test::randomImage({61, 35}, 3)), R"("threshold": 0.8, "intensity": 8)");
+    for (const char* effect : {"bessel_blur", "gaussian_blur"})
+        for (double radius : {1.5, 5., 12.}) {
+            const blur_test::Blur blur{effect, "auto", radius};
+            const cv::Mat gl = blur_test::onGl(blur, lights), cpu = blur_test::onCpu(blur, lights);
+            double worst = 0;
+            for (int j = 0; j < cpu.rows; j++)
+                for (int i = 0; i < 4 * cpu.cols; i++) {
+                    const double a = gl.ptr<float>(j)[i], b = cpu.ptr<float>(j)[i];
+                    worst = std::max(worst, std::abs(a - b) / (2e-6 + 3e-5 * std::abs(b)));
+                }
+            EXPECT_LE(worst, 1) << effect << " " << radius;
+        }
+}
+
 TEST(LightDetect, GlslAgreesAboutEveryLightNotOnTheThreshold) {
     cv::Mat image = blur_test::randomImage({61, 35}, 3);
     auto gl = makeGlRunner(GlPlatform::Osmesa);
