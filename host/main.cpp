@@ -21,7 +21,8 @@ namespace {
 int fail(const std::string& sentence, ErrorKind kind) {
     // A file may quote itself at any length.
     constexpr size_t most = 4000;
-    const std::string shown = sentence.size() > most ? sentence.substr(0, most) + " ..." : sentence;
+    std::string shown = sentence;
+    if (shown.size() > most) shown.replace(most / 2, shown.size() - most, " ... ");
     std::cerr << "brume: " << host::printable(shown) << "\n";
     return int(kind);
 }

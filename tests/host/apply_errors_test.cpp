@@ -63,10 +63,10 @@ TEST_F(ApplyErrors, outputsThatCannotBeWritten) {
 TEST_F(ApplyErrors, aFullDiskLeavesNothing) {
     addFrame("street.exr", {1280, 960});
     auto before = files();
-    // Files of at most 2 MiB (4096 blocks): writing five fails as it does on a full disk.
+    // Files of at most 4 MiB (8192 blocks): writing five fails as it does on a full disk.
     auto ran = test::run(
         folder_,
-        "(trap '' XFSZ; ulimit -S -f 4096; BRUME apply depth_fog street.exr -o o.png --keep depth.npy)");
+        "(trap '' XFSZ; ulimit -S -f 8192; BRUME apply depth_fog street.exr -o o.png --keep depth.npy)");
     EXPECT_EQ(ran.status, 3);
     EXPECT_THAT(ran.err, testing::StartsWith("brume: "));
     EXPECT_THAT(ran.err, HasSubstr("o.depth.npy"));

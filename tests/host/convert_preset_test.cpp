@@ -118,7 +118,7 @@ TEST_F(ConvertPreset, FogIsWhatTheFormulaSays) {
 }
 
 TEST_F(ConvertPreset, MistakesAreNamed) {
-    expectError("convert-preset none.ini", 3, "none.ini: cannot be read");
+    expectError("convert-preset none.ini", 3, "none.ini: there is no such file");
     addText("plain.ini", "[GENERAL]\nA=1\n");
     expectError("convert-preset plain.ini", 2, "no line 'Techniques='");
     addText("other.ini", "Techniques=SMAA,FilmGrain\n");
