@@ -333,19 +333,22 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
         return plan;
     }
     // Pixels have blurs of every size up to the largest. Gather is exact, but looks at every pixel that its
-    // largest blur covers, seconds a frame: it is chosen only where the ladder's error could show. That is
-    // judged by the bound itself, without what is likely: beside silhouettes the ladder comes close to it.
+    // largest blur covers, seconds a frame: it is chosen only where the ladder's error could show. Of 280
+    // random fogs over captured frames none came to more than .21 of the tolerance where a sixteenth of the
+    // bound was under it; with the ladder everywhere the worst came to 3.7 times the tolerance.
+    constexpr double likely = 1. / 16;
     const double largest = largestOf(p, in.scene), across = 8 * largest + 1;
     double unseen = HUGE_VAL;
     for (double deviation : {largest, .5 * largest, .25 * largest, std::min(largest, 1.)})
-        unseen = std::min(unseen, blur::Unseen(in, {deviation, 5, blur::gaussianDensity}).error(4));
-    const double ladderError = p.edges == keep ? .03 : .021,
-                 ladderCost = 1.5 + 3.1 * std::log2(std::max(1.f, p.radius)),
+        unseen = std::min(
+            unseen, blur::likelihood * blur::Unseen(in, {deviation, 5, blur::gaussianDensity}).error(4));
+    const double ladderError = likely * (p.edges == keep ? .03 : .021),
+                 ladderCost = 10 + 2.6 * std::log2(std::max(1.f, p.radius)),
                  gatherCost = 4 + .25 * across * across;
-    const bool isLadder =
-        in.chooses("method") ? ladderError <= blur::likelihood * unseen : p.method == ladderMethod;
+    const bool isLadder = in.chooses("method") ? ladderError <= unseen : p.method == ladderMethod;
     plan.chosen["method"] = isLadder ? ladderMethod : gatherMethod;
-    plan.predictedError = (isLadder ? ladderError : 1e-3) / std::max(unseen, 1e-30) * in.tolerance;
+    plan.predictedError =
+        (isLadder ? ladderError : blur::likelihood * 1e-3) / std::max(unseen, 1e-30) * in.tolerance;
     plan.predictedCost = isLadder ? ladderCost : gatherCost;
     plan.why = !in.chooses("method") ? isLadder ? "ladder, as asked" : "gather, as asked"
                : isLadder

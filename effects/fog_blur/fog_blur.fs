@@ -68,7 +68,7 @@
   "STABILITY": [
     {"NAME": "radius", "STRESS": {"NAME": "radius", "UNIT": "px", "RANGE": [0.1, 50], "VALUES": [64], "REFUSED": [-1, 65, 1000, "inf", "NaN"]},
      "FRAME": {"SCENE": "lamps", "WIDTH": 48, "HEIGHT": 12}, "SET": {"radius": "$stress", "edges": "bleed"},
-     "HOLDS": {"ladder": [[0.1, 0.2], [50, 64]]}},
+     "HOLDS": {"ladder": [[0.1, 0.2], [20, 64]]}},
     {"NAME": "radius, edges kept", "STRESS": {"NAME": "radius", "UNIT": "px", "RANGE": [0.1, 50], "VALUES": [64], "REFUSED": [65]},
      "FRAME": {"SCENE": "lamps", "WIDTH": 48, "HEIGHT": 12}, "SET": {"radius": "$stress", "edges": "keep"},
      "HOLDS": {"ladder": [0.1, 0.2]}},
