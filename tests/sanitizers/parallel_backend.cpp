@@ -18,22 +18,18 @@ class Threads final : public cv::parallel::ParallelForAPI {
         };
         const int before = numberOfThread;
         std::vector<std::thread> others;
-        for (int k = 1; k < std::min(count_, tasks); ++k) others.emplace_back(work, k);
+        for (int k = 1; k < std::min(getNumThreads(), tasks); ++k) others.emplace_back(work, k);
         work(before);
         for (std::thread& other : others) other.join();
     }
     int getThreadNum() const override { return numberOfThread; }
     int getNumThreads() const override { return count_; }
-    int setNumThreads(int count) override {
-        std::swap(count, count_);
-        if (count_ < 1) count_ = 4;
-        return count;
-    }
+    int setNumThreads(int count) override { return count_.exchange(count < 1 ? 4 : count); }
     const char* getName() const override { return "threads"; }
 
   private:
     static thread_local int numberOfThread;
-    int count_ = 4;
+    std::atomic<int> count_ = 4;
 };
 
 thread_local int Threads::numberOfThread = 0;
