@@ -2,12 +2,14 @@
 #include "measure/bench.hpp"
 
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 
 #include "commands.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "frame/resolve.hpp"
+#include "measure/stage.hpp"
 #include "options.hpp"
 #include "sweep.hpp"
 
@@ -33,6 +35,17 @@ std::vector<FramePair> framesOf(const Arguments& a) {
         copy.depth = frame.depth.clone();
     }
     return frames;
+}
+
+// An effect by itself gets what CHART's BEFORE makes of the frames; a preset's steps see to that themselves.
+std::vector<Stage> stagesOf(const std::string& name, const Chain& chain,
+                            const std::vector<FramePair>& captured) {
+    std::vector<Stage> stages;
+    if (chain.steps.size() != 1) return stages;
+    const std::shared_ptr<const Effect>& effect = chain.steps[0].effect;
+    if (std::filesystem::path(name).stem() == effect->name())
+        for (const FramePair& frame : captured) stages.emplace_back(effect, frame);
+    return stages;
 }
 
 bool runsOn(const Chain& chain, Backend backend) {
@@ -65,28 +78,43 @@ void bench(const Arguments& a) {
         for (const std::string& name : registry.names())
             if (!refused.count(name)) names.push_back(name);
     }
-    std::vector<std::pair<std::string, Chain>> chains;
+    struct Line {
+        std::string name;
+        Chain chain;
+        std::shared_ptr<const std::vector<FramePair>> frames;
+    };
+    const auto captured = std::make_shared<const std::vector<FramePair>>(framesOf(a));
+    std::vector<Line> lines;
     for (const std::string& name : names) {
         Chain chain = readPreset(name, registry);
         std::vector<Sweep> sweeps;
         for (const std::string& set : a.sets) sweeps.push_back(parseSweep(set));
-        for (const Variant& variant : variantsOf(sweeps, chain))
-            chains.emplace_back(variant.label.empty() ? name : name + " " + variant.label,
-                                withSettings(chain, drawn(variant.settings, name, 0)));
+        const std::vector<Stage> stages = stagesOf(name, chain, *captured);
+        auto frames = captured;
+        if (!stages.empty()) {
+            std::vector<FramePair> staged;
+            for (const Stage& stage : stages) staged.push_back(stage.frame());
+            frames = std::make_shared<const std::vector<FramePair>>(std::move(staged));
+        }
+        for (const Variant& variant : variantsOf(sweeps, chain)) {
+            const Chain set = withSettings(chain, drawn(variant.settings, name, 0));
+            lines.push_back({variant.label.empty() ? name : name + " " + variant.label,
+                             stages.empty() ? set : stages[0].placed(set), frames});
+        }
     }
-    std::vector<FramePair> frames = framesOf(a);
     for (const std::string& backendName : a.backends) {
         BackendOption backend{backendName};
         auto runner = backend.makeRunner({});
-        std::cout << runner->describe() << ", " << frames[0].color.cols << "×" << frames[0].color.rows << "\n"
+        std::cout << runner->describe() << ", " << captured->at(0).color.cols << "×"
+                  << captured->at(0).color.rows << "\n"
                   << "                                     backend       ms (quartiles)     megapixel/s   "
                      "copy ms  ratio\n";
-        for (const auto& [name, chain] : chains) {
+        for (const auto& [name, chain, frames] : lines) {
             if (!runsOn(chain, runner->backend())) {
                 std::cout << name << ": GLSL only\n";
                 continue;
             }
-            printLine(name, backendName, benchChain(*runner, chain, frames, a.repetitions, a.seconds),
+            printLine(name, backendName, benchChain(*runner, chain, *frames, a.repetitions, a.seconds),
                       a.steps);
         }
     }
@@ -115,7 +143,9 @@ void addBench(CLI::App& program) {
     command->footer(
         "Copy and effect take turns over the same eight frames; medians. On GL the time includes upload and "
         "read-back;\n"
-        "--steps shows the passes alone.\n"
+        "--steps shows the passes alone. An effect that needs another before it (fog_blur some fog) is timed "
+        "alone, "
+        "on\nwhat its CHART's BEFORE makes of the frames.\n"
         "\nExamples:\n  brume bench depth_fog\n  brume bench gaussian_blur --set gaussian_blur.radius=2,8,32 "
         "--backend cpu");
     command->callback([a] { bench(*a); });

@@ -7,13 +7,13 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
 
-#include "cpu/cpu_runner.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "measure/bench.hpp"
 #include "measure/peer.hpp"
 #include "measure/plot.hpp"
 #include "measure/reference.hpp"
+#include "measure/stage.hpp"
 #include "measure/suspects.hpp"
 
 namespace brume {
@@ -26,7 +26,7 @@ using json = nlohmann::json;
 constexpr double longRun = 250, veryLongRun = 3000;
 
 Chain chainOf(const std::shared_ptr<const Effect>& effect, const ParameterValues& values,
-              const std::vector<std::string>& given, const FramePair& frame) {
+              const std::vector<std::string>& given, const Stage& stage) {
     Step step;
     step.effect = effect;
     step.id = effect->name();
@@ -34,7 +34,7 @@ Chain chainOf(const std::shared_ptr<const Effect>& effect, const ParameterValues
     step.given = {given.begin(), given.end()};
     Chain chain;
     chain.steps = {step};
-    return withAirlight(withSidecar(chain, frame), frame);
+    return stage.placed(withAirlight(withSidecar(chain, stage.frame()), stage.frame()));
 }
 
 std::string keyOf(const Step& step) {
@@ -42,48 +42,6 @@ std::string keyOf(const Step& step) {
     for (const Parameter& p : step.effect->header.parameters) all[p.name] = toJson(p, step.values.at(p.name));
     return all.dump();
 }
-
-// The picture that the effect gets: as captured, or what CHART's BEFORE made of it. Image parameters read
-// what they would have read in one chain.
-class Stage {
-  public:
-    Stage(const std::shared_ptr<const Effect>& effect, const FramePair& captured) : frame_(captured) {
-        const Chart* chart = effect->header.chart.get();
-        if (!chart || chart->before.empty()) return;
-        const Chain before =
-            withAirlight(withSidecar(parsePreset(chart->before, effect->header.path + ": CHART: BEFORE",
-                                                 EffectRegistry::standard()),
-                                     captured),
-                         captured);
-        Step step;
-        step.effect = effect;
-        step.values = defaultValues(effect->header.parameters);
-        std::vector<std::string> keep;
-        for (const Parameter& p : effect->header.parameters)
-            if (p.type == ParameterType::Image && p.name != effect->header.mainImage())
-                keep.push_back(step.imageOf(p.name));
-        auto runner = makeCpuRunner();
-        RunResult result = runner->run(plannedWhole(before, captured, Backend::Cpu), captured, keep);
-        frame_.color = result.images["color"];
-        for (const std::string& name : keep) frame_.images["before " + name] = result.images[name];
-    }
-
-    const FramePair& frame() const { return frame_; }
-
-    Chain chain(const std::shared_ptr<const Effect>& effect, const ParameterValues& values,
-                const std::vector<std::string>& given) const {
-        Chain chain = chainOf(effect, values, given, frame_);
-        for (Step& step : chain.steps)
-            for (const Parameter& p : effect->header.parameters)
-                if (p.type == ParameterType::Image && p.name != effect->header.mainImage() &&
-                    frame_.images.count("before " + step.imageOf(p.name)))
-                    step.values.at(p.name).text = "before " + step.imageOf(p.name);
-        return chain;
-    }
-
-  private:
-    FramePair frame_;
-};
 
 // The pictures of one case and their truths: one truth for all that are asked for with the same parameters,
 // because references are slow.
@@ -276,7 +234,7 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
             row.frame = frame.name;
             row.size = frame.size();
             try {
-                const Chain chain = plannedWhole(stage.chain(effect, variant.values, variant.given),
+                const Chain chain = plannedWhole(chainOf(effect, variant.values, variant.given, stage),
                                                  stage.frame(), runner->backend());
                 cv::Mat image;
                 Timing alone;
@@ -293,8 +251,8 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
                 run(1);
                 image = image.clone();
                 if (isKnown)
-                    judge.judge(plannedWhole(stage.chain(effect, variant.truth, variant.given), stage.frame(),
-                                             Backend::Cpu),
+                    judge.judge(plannedWhole(chainOf(effect, variant.truth, variant.given, stage),
+                                             stage.frame(), Backend::Cpu),
                                 m, measurements.size(), image);
                 if (alone.milliseconds.back() > longRun) {
                     for (int k = 0; k < 2 && !isVeryLong; k++) run(k);
@@ -325,12 +283,13 @@ std::vector<ChartMeasurement> chartEffect(const std::shared_ptr<const Effect>& e
         try {
             const std::string folder = effect->header.path.substr(0, effect->header.path.rfind('/') + 1);
             const Chain chain =
-                plannedWhole(stage.chain(effect, job.values, job.given), stage.frame(), Backend::Cpu);
+                plannedWhole(chainOf(effect, job.values, job.given, stage), stage.frame(), Backend::Cpu);
             const PeerResult result = runPeer(folder + job.peer.run, effect->header, chain.steps[0].values,
                                               stage.frame(), options.repetitions);
             row.device = result.device;
-            judge.judge(plannedWhole(stage.chain(effect, job.truth, job.given), stage.frame(), Backend::Cpu),
-                        m, measurements.size(), result.output);
+            judge.judge(
+                plannedWhole(chainOf(effect, job.truth, job.given, stage), stage.frame(), Backend::Cpu), m,
+                measurements.size(), result.output);
             setTime(row, result.timing);
         } catch (const Error& e) {
             row.problem = e.what();
