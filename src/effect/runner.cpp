@@ -186,10 +186,6 @@ LinearRows::LinearRows(const cv::Mat& image, cv::Size size)
 typedef float Pixels __attribute__((vector_size(64), aligned(4), may_alias));
 typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
 
-BRUME_INLINE Pixels fourTimes(const float* pixel) {
-    const Pixels a = *reinterpret_cast<const Pixels*>(pixel);
-    return __builtin_shufflevector(a, a, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
-}
 // Each pixel of `out` is pixels `first` and `second` of `line`, mixed; up to each of `ends` they are the same
 // two. Reads twelve floats beyond the line and the shares.
 BRUME_VECTORISE static void mixColumns(float* out, const float* line, const int* first, const int* second,
@@ -197,10 +193,13 @@ BRUME_VECTORISE static void mixColumns(float* out, const float* line, const int*
     int i = 0;
     for (size_t r = 0; r < endCount; r++) {
         const float *a = line + 4 * first[i], *b = line + 4 * second[i];
+        Pixels fourA = *reinterpret_cast<const Pixels*>(a), fourB = *reinterpret_cast<const Pixels*>(b);
+        fourA = __builtin_shufflevector(fourA, fourA, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+        fourB = __builtin_shufflevector(fourB, fourB, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
         for (; i + 4 <= ends[r]; i += 4) {
             const Pixels s = *reinterpret_cast<const Pixels*>(share + i),
                          w = __builtin_shufflevector(s, s, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
-            *reinterpret_cast<Pixels*>(out + 4 * i) = fourTimes(a) * (1 - w) + fourTimes(b) * w;
+            *reinterpret_cast<Pixels*>(out + 4 * i) = fourA * (1 - w) + fourB * w;
         }
         for (; i < ends[r]; i++)
             *reinterpret_cast<Pixel*>(out + 4 * i) = *reinterpret_cast<const Pixel*>(a) * (1 - share[i]) +
