@@ -164,7 +164,7 @@ ParameterValue parseValue(const Parameter& parameter, const json& item, const st
         if (parameter.type == ParameterType::Color) return hexColor(parameter, word, where);
         if (parameter.type == ParameterType::Long && !parameter.labels.empty())
             return choiceNamed(parameter, word, where);
-        failUsage(at(parameter, where), "'", word, "' is not a number");
+        failUsage(at(parameter, where), "'", word, "' is not a number (units are left out)");
     }
     if (item.is_boolean())
         value.numbers = {item.get<bool>() ? 1. : 0.};

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "error.hpp"
 #include "frame/image_file.hpp"
@@ -96,6 +97,10 @@ class Header {
             isOver_ = !key || isFresh_;
             return false;
         }
+        // OpenEXR's two readers would each take another of them.
+        if (isFresh_) names_.clear();
+        if (!names_.insert(*key).second)
+            failIo(path_, ": is a damaged EXR: its attribute ", *key, " is there twice");
         isFresh_ = false;
         const auto type = name();
         const auto bytes = number();
@@ -137,8 +142,9 @@ class Header {
     const int mostParts_, mostChannels_, mostMebibytes_;
     int64_t left_ = 0;
     int channels_ = 0;
-    bool isFresh_ = true;  ///< no attribute of this part read
-    bool isOver_ = false;  ///< an empty header, after the last part's, or nonsense
+    std::set<std::string> names_;  ///< of this part's attributes
+    bool isFresh_ = true;          ///< no attribute of this part read
+    bool isOver_ = false;          ///< an empty header, after the last part's, or nonsense
 };
 
 }  // namespace

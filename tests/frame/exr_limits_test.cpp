@@ -70,6 +70,12 @@ TEST_F(ExrLimits, AttributesAreOfTheSizeTheyState) {
               "is a damaged EXR: its preview is not of the size it states");
 }
 
+TEST_F(ExrLimits, AttributesAreThereOnce) {
+    // Of two sizes OpenEXR's C core takes one, which was held to the limits, and its C++ reader the other.
+    EXPECT_EQ(refusal(headerWith(channel("Y"), attribute("displayWindow", "box2i", box(14090246, 5)))),
+              "is a damaged EXR: its attribute displayWindow is there twice");
+}
+
 TEST_F(ExrLimits, ChannelsPartsAndBlocksAreFew) {
     std::string many;
     for (int k = 0; k < 1025; ++k) many += channel("c" + std::to_string(1000 + k));
