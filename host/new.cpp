@@ -79,14 +79,15 @@ void writeEffect(const std::string& name) {
     }
     const fs::path prefix = fs::path(installRoot()).parent_path().parent_path();
     const bool isInstalled = isFolder(prefix / "lib/cmake/brume");
-    std::cout << "\n\nNext:\n  cd " << name << "\n  cmake -B build"
+    std::cout << "\n\n";
+    if (!isInstalled)
+        std::cout << "This brume is not installed: run cmake --install on its build first, and tell cmake\n"
+                     "-DCMAKE_PREFIX_PATH= where.\n\n";
+    std::cout << "Next:\n  cd " << name << "\n  cmake -B build"
               << (isInstalled ? " -DCMAKE_PREFIX_PATH=" + prefix.string() : "") << " && cmake --build build\n"
               << "  ctest --test-dir build\n  brume check build/effects/" << name << "\n";
     if (const fs::path guide = prefix / "share/doc/brume/AUTHORING.md"; isThere(guide))
         std::cout << "\nFrom there to an effect of your own: " << guide.string() << "\n";
-    if (!isInstalled)
-        std::cout << "This brume is not installed: run cmake --install on its build first, and tell cmake\n"
-                     "-DCMAKE_PREFIX_PATH= where.\n";
 }
 
 }  // namespace

@@ -89,11 +89,12 @@ std::vector<double> centerTap(const BesselBlur& p, const DeriveContext& c) {
 void run(const BesselBlur& p, const CpuContext& c) {
     cv::Mat out = c.output;
     if (p.method == fir)
-        blur::separableFir(c.input, out, c.derived("taps"));
+        blur::separableFir(c.input, out, c.derived("taps"), c.outputIsStreamed);
     else if (p.method == decimated)
         blur::decimatedBlur(c.input, out,
                             {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("smallTaps"),
-                             c.derived("enlarging")});
+                             c.derived("enlarging")},
+                            c.outputIsStreamed);
     else
         blur::recursiveBlur(c.input, out, {c.derived("poles"), c.derived("centerTap")[0]});
 }

@@ -22,8 +22,8 @@ inline std::vector<float> wholeTaps(std::span<const float> half) {
 }
 
 /// A symmetric FIR along rows, then along columns. `half` holds the centre tap and one side's. `in` and `out`
-/// are CV_32FC4 of one size and do not overlap.
-inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float> half) {
+/// are CV_32FC4 of one size and do not overlap; `streams`: CpuContext::outputIsStreamed.
+inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float> half, bool streams = false) {
     const std::vector<float> taps = wholeTaps(half);
     const int tapCount = int(taps.size()), reach = tapCount / 2, width = in.cols, height = in.rows;
     // Upright tiles, one a task: no row is filtered twice. The filtered rows that four output rows need stay
@@ -32,7 +32,6 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int widest = std::clamp(640 * 1024 / (16 * lines), 32, 960);
     const int tiles = std::min((width + 31) / 32, ((width - 1) / widest / threads + 1) * threads);
     const int tile = ((width - 1) / tiles / 32 + 1) * 32;
-    const bool streams = brume::isStreamed(out);
     auto filterTiles = [&](const cv::Range& range) {
         Scratch padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
         Scratch finished(streams ? size_t(acrossRows) * 4 * tile : 0);

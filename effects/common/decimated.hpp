@@ -223,15 +223,14 @@ inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> 
 }
 
 /// `in` and `out` are CV_32FC4 of one size and do not overlap.
-inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur) {
-    if (blur.factor == 1) return separableFir(in, out, blur.small);
+inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur, bool streams) {
+    if (blur.factor == 1) return separableFir(in, out, blur.small, streams);
     // The output is written last, so its memory can hold the small image until then.
     cv::Mat small = decimatedImage(in, blur.factor, blur.prefilter, out);
     Scratch memory(4 * small.total());
     cv::Mat blurred(small.size(), CV_32FC4, memory.data());
     separableFir(small, blurred, blur.small);
     const std::vector<float> groups = phaseGroups(blur.factor, blur.up);
-    const bool streams = brume::isStreamed(out);
     cv::parallel_for_(
         cv::Range(0, in.rows),
         [&](const cv::Range& range) {

@@ -6,16 +6,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <opencv2/core/mat.hpp>
 
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
 
 namespace brume {
-
-/// Whether an image is larger than what caches will have kept of it.
-inline bool isStreamed(const cv::Mat& image) { return image.total() * image.elemSize() > (16u << 20); }
 
 // Whole pixels of 16 bytes, `to` aligned to them.
 #if defined(__SSE2__)

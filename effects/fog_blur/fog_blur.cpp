@@ -245,7 +245,7 @@ void run(const FogBlur& p, const CpuContext& c) {
         const auto needed = fog_blur::findNeeded(source, ladder, sigmaOf);
         fog_blur::Room room;
         const auto small = fog_blur::smallLevels(source, ladder.levels, needed, ladder.keepEdges, room);
-        return fog_blur::ladderBlur(source, ladder, small, out, finish);
+        return fog_blur::ladderBlur(source, ladder, small, out, c.outputIsStreamed, finish);
     }
     for (int y = 0; y < out.rows; y++) sigmaOf(y, source.sigma.ptr<float>(y));
     gather(p, source, out);

@@ -293,10 +293,9 @@ std::vector<RowRange> findNeeded(Source& source, const Ladder& ladder, SigmaOf s
 /// channel meaning nothing until then.
 template <class Finish>
 void ladderBlur(const Source& source, const Ladder& ladder, std::span<const cv::Mat> small, cv::Mat& out,
-                Finish finish) {
+                bool streams, Finish finish) {
     const int width = out.cols, height = out.rows;
     const int tiles = (width + tileWidth - 1) / tileWidth, bands = std::clamp(height / 270, 1, 8);
-    const bool streams = brume::isStreamed(out);
     cv::parallel_for_(
         cv::Range(0, bands * tiles),
         [&](const cv::Range& range) {

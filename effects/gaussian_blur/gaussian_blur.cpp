@@ -115,7 +115,8 @@ void run(const GaussianBlur& p, const CpuContext& c) {
     else if (p.method == decimated)
         blur::decimatedBlur(c.input, out,
                             {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("smallTaps"),
-                             c.derived("enlarging")});
+                             c.derived("enlarging")},
+                            c.outputIsStreamed);
     else if (p.method == box)
         blur::boxBlur(
             c.input, out,
@@ -125,7 +126,7 @@ void run(const GaussianBlur& p, const CpuContext& c) {
             c.input, out,
             {int(c.derived("dualLevels")[0]), c.derived("dualOffset")[0], c.derived("dualShare")[0]});
     else
-        blur::separableFir(c.input, out, c.derived("taps"));
+        blur::separableFir(c.input, out, c.derived("taps"), c.outputIsStreamed);
 }
 
 // --- reference, fp64: every weight out to 8.5 standard deviations, what lies beyond an edge added to the

@@ -14,8 +14,6 @@
 
 namespace brume {
 
-namespace {}  // namespace
-
 std::vector<cv::Mat> flattenDeep(Imf::MultiPartInputFile& file, int part,
                                  const std::vector<std::string>& names, const std::string& path,
                                  size_t mostSamples) {

@@ -153,15 +153,19 @@ std::string depthStem(const std::string& path) {
 std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     std::vector<std::string> images;
     std::error_code error;
+    std::string inside;  // the first folder
     const SpokenOf isMap(folder);
     for (const auto& entry : fs::directory_iterator(folder, error)) {
         const fs::path& path = entry.path();
+        if (entry.is_directory() && (inside.empty() || path.string() < inside)) inside = path.string();
         if (entry.is_regular_file() && isImageEnding(path.extension().string()) &&
             (depths || !isDepthBeside(path.string())) && !isMap(path) && path.filename().string()[0] != '.')
             images.push_back(path.string());
     }
     if (error) failIo(folder, ": ", error.message());
-    if (images.empty()) failIo(folder, ": the folder holds no images");
+    if (images.empty())
+        failIo(folder, ": the folder holds no images",
+               inside.empty() ? "" : "; folders in it are not looked into: name one, such as " + inside);
     std::sort(images.begin(), images.end(), countsBefore);
     return images;
 }

@@ -26,6 +26,9 @@ TEST_F(ApplyErrors, inputsThatCannotBeRead) {
     expectError("apply depth_fog . -o o.png", 2, "one file for");
     expectError("apply street.exr depth_fog -o o.png", 2, "the preset comes first");
     expectError("convert street.exr -o street.npy", 2, "convert writes EXR");
+    std::filesystem::create_directories(path("scans/b"));
+    std::filesystem::create_directories(path("scans/a"));
+    expectError("apply depth_fog scans -o out/", 3, "name one, such as scans/a");
     expectError("apply depth_fog 'none.####.exr' -o out/", 3, "none.####.exr");
     expectError("apply depth_fog 'none*.exr' -o out/", 3, "none*.exr");
 }

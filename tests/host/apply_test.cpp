@@ -3,6 +3,7 @@
 
 #include "frame/attributes.hpp"
 #include "frame/read.hpp"
+#include "frame/write.hpp"
 #include "host/program.hpp"
 #include "measure/compare.hpp"
 
@@ -36,6 +37,19 @@ TEST_F(Apply, fogThatHardlyShowsIsSaid) {
                 HasSubstr("note: 'fog_extinction-0.png' looks much like its input: nine pixels in ten change "
                           "by less than 1 of 255 steps; its surfaces lie at"));
     EXPECT_THAT(ran.err, testing::Not(HasSubstr("extinction-.05")));
+}
+
+TEST_F(Apply, whatIsLittleByDayShowsAtNight) {
+    FramePair frame = test::sampleFrame();
+    const std::string fog = " --set depth_fog.measure=extinction --set depth_fog.extinction=.2 --set ";
+    frame.color.setTo(cv::Scalar(.6, .6, .6, 1));
+    writeFrame(path("day.exr"), frame);
+    EXPECT_THAT(brume("apply depth_fog day.exr -o day.png" + fog + "'depth_fog.color=(.5,.5,.5)'").err,
+                HasSubstr("looks much like its input"));
+    frame.color.setTo(cv::Scalar(.006, .006, .006, 1));
+    writeFrame(path("night.exr"), frame);
+    EXPECT_EQ(
+        brume("apply depth_fog night.exr -o night.png" + fog + "'depth_fog.color=(.015,.015,.015)'").err, "");
 }
 
 TEST_F(Apply, theFogIsTheFormula) {
