@@ -14,10 +14,12 @@
 #include "error.hpp"
 #include "file_status.hpp"
 #include "folder_lock.hpp"
+#include "frame/inspect.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "gl/gl_runner.hpp"
 #include "nearest_name.hpp"
+#include "printable.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 
@@ -190,6 +192,20 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
     return tasks;
 }
 
+// What was stated here is the likeliest to be wrong, and wrong for every frame: the first tells.
+void doubtStatedDepth(const FrameFiles& first, const Arguments& a) {
+    if (a.frame.encoding.empty() || !first.missing.empty()) return;
+    ReadOptions options = a.frame.read();
+    options.depth = first.depth;
+    try {
+        for (const Doubt& d : findDoubts(readCapture(first.color, options), *options.encoding))
+            std::cerr << printable(text("note: the depth of '", first.color, "' looks wrong as ",
+                                        a.frame.encoding, ": ", d.name, ": ", d.evidence))
+                      << "\n";
+    } catch (const Error&) {  // the run itself will say it
+    }
+}
+
 void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string& sheetPath) {
     Report report;
     Progress progress(batch.tasks.size());
@@ -228,7 +244,7 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
                " outputs; the same command with --resume continues");
     if (firstError.empty()) return;
     if (a.keepGoing && batch.tasks.size() > 1)
-        failIo(report.failed(), " of ", batch.tasks.size(), " outputs failed; the first: ", firstError);
+        failIo(report.failed(), " of ", batch.tasks.size(), " outputs failed, as said above");
     if (finished < batch.tasks.size())
         firstError += text("; stopped after ", finished, " of ", batch.tasks.size(),
                            " outputs: --keep-going makes the others");
@@ -240,7 +256,10 @@ void apply(Arguments a) {
     Chain chain;
     if (!a.like.empty()) {
         auto record = readRecord(a.like);
-        if (!record) failIo("--like: '", a.like, "' does not say how it was made");
+        if (!record)
+            failIo(
+                "--like: '", a.like,
+                "' does not say how it was made: only a picture that brume apply wrote does, as EXR or PNG");
         Making making = makingOf(*record, a.like);
         if (!a.preset.empty()) a.frames.insert(a.frames.begin(), a.preset);
         if (a.frames.empty()) a.frames = {making.input};
@@ -298,6 +317,7 @@ void apply(Arguments a) {
     if (a.format.empty() && names.isFolder() && !batch.tasks.empty() &&
         fs::path(batch.tasks[0].output).extension() == ".exr")
         std::cerr << "note: EXR frames make EXR pictures; --format png makes PNG\n";
+    doubtStatedDepth(inputs[0], a);
     runTasks(a, batch, inputs.size(), (fs::path(names.folder()) / sheet).string());
 }
 

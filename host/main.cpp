@@ -27,6 +27,27 @@ int fail(const std::string& sentence, ErrorKind kind) {
     return int(kind);
 }
 
+// CLI11 says which words it did not expect, not which option was meant.
+std::string sentenceFor(const CLI::ParseError& error, const CLI::App& program) {
+    const std::vector<const CLI::App*> used = program.get_subcommands([](auto*) { return true; });
+    std::string help = "brume --help", wrong = error.what();
+    for (const CLI::App* command : used) {
+        if (!command->parsed()) continue;
+        help = "brume " + command->get_name() + " --help";
+        std::vector<std::string> names;
+        for (const CLI::Option* option : command->get_options())
+            for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+        for (const std::string& word : command->remaining()) {
+            const std::string name = word.substr(0, word.find('='));
+            if (name.size() < 2 || name[0] != '-') continue;
+            const std::string near = nearestName(name, names);
+            wrong = text("no option '", name, "'", near.empty() ? "" : text(" (did you mean '", near, "'?)"));
+            break;
+        }
+    }
+    return text(wrong, "; see '", help, "'");
+}
+
 int run(int argc, char** argv) {
     CLI::App program(
         "Fog and other image-space effects on captured frames: a colour image and a depth image of one view.",
@@ -60,7 +81,7 @@ int run(int argc, char** argv) {
     } catch (const CLI::Success& e) {  // --help, --version
         return program.exit(e);
     } catch (const CLI::ParseError& e) {
-        return fail(text(e.what(), "; see 'brume --help'"), ErrorKind::Usage);
+        return fail(sentenceFor(e, program), ErrorKind::Usage);
     }
     return 0;
 }

@@ -72,7 +72,9 @@ ReshadePreset readReshadePreset(const std::string& path) {
         (*section)[key] = {equals == std::string::npos ? "" : trimmed(line.substr(equals + 1)), number};
     }
     if (!preset.global.count("Techniques"))
-        failUsage(path, ": is no ReShade preset: no line 'Techniques=' says which effects are on");
+        failUsage(path,
+                  ": no line 'Techniques=' above the first [section] says which effects are on, as in "
+                  "'Techniques=SpiritFog@SpiritFog.fx'; without one it is no ReShade preset");
     for (const auto& name :
          sorted(listOf(preset.global["Techniques"].text), listOf(preset.global["TechniqueSorting"].text))) {
         const size_t at = name.find('@');

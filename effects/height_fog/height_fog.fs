@@ -1,6 +1,6 @@
 /*{
     "ISFVSN": "2",
-    "DESCRIPTION": "Layered fog: extinction that depends on height alone, integrated along the view ray (P3)",
+    "DESCRIPTION": "Layered fog: extinction that depends on height alone, integrated along the view ray.",
     "CREDIT": "P3: post-process layered fog, eqs 6-9",
     "CATEGORIES": ["fog"],
     "SPACE": "linear",

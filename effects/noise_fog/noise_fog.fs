@@ -1,6 +1,6 @@
 /*{
     "ISFVSN": "2",
-    "DESCRIPTION": "Heterogeneous fog: density, and colour, driven by coherent noise",
+    "DESCRIPTION": "Heterogeneous fog: density, and colour, driven by coherent noise.",
     "CREDIT": "Gawron and Boryczka 2018 (P1 3.3: power, noise-driven colour), post-process layered fog (P3 3.2.3: product), ocean fog (P5: ocean, baked and smoothed noise)",
     "CATEGORIES": ["Fog"],
     "SPACE": "linear",

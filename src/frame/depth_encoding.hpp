@@ -38,6 +38,7 @@ struct DepthEncoding {
     double skyBeyond = infinity;        ///< m: whatever decodes to this or more is sky
     bool zeroIsSky = false;             ///< Linear: 0 is sky (a renderer's Z), not unknown (a sensor's)
     std::vector<double> unknown;        ///< stored numbers that mean "not known"; may hold +inf
+    double sensorReach = infinity;      ///< m: no sensor whose ready-made name this is measures farther
 
     /// "OpenGL-like device depth, near .1 m, far 70 m": for messages.
     std::string describe() const;
@@ -58,5 +59,7 @@ double encodeDepth(double z, const DepthEncoding& encoding);
 DepthEncoding parseDepthEncoding(const std::string& text);
 /// linear, device, disparity, inverse, blender, tum, kitti, sintel, middlebury, realsense, opengl, ...
 std::vector<std::string> depthEncodingNames();
+/// Those of them that have a sensorReach: tum, kitti, kinect, realsense.
+std::vector<std::string> sensorEncodingNames();
 
 }  // namespace brume

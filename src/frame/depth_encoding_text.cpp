@@ -30,6 +30,12 @@ DepthEncoding linear(double scale, std::vector<double> unknown, bool zeroIsSky =
     return e;
 }
 
+DepthEncoding sensor(double scale, double reach) {
+    DepthEncoding e = linear(scale, {0});
+    e.sensorReach = reach;
+    return e;
+}
+
 DepthEncoding ofKind(Kind kind, std::vector<double> unknown = {}) {
     DepthEncoding e;
     e.kind = kind;
@@ -44,13 +50,13 @@ const std::vector<ReadyMade>& readyMade() {
         {"device", ofKind(Kind::Device), "near far"},
         {"disparity", ofKind(Kind::Disparity), "focal_baseline"},
         {"inverse", ofKind(Kind::Inverse), ""},
-        {"blender", linear(1, {}), ""},                                    // 1e10 where nothing is
-        {"tum", linear(1 / 5000., {0}), ""},                               // RGB-D benchmark: 5000 a metre
-        {"kitti", linear(1 / 256., {0}), ""},                              // depth completion: 256 a metre
-        {"sintel", linear(1, {}), ""},                                     // .dpt
+        {"blender", linear(1, {}), ""},        // 1e10 where nothing is
+        {"tum", sensor(1 / 5000., 10), ""},    // RGB-D benchmark: a Kinect, 5000 a metre
+        {"kitti", sensor(1 / 256., 125), ""},  // depth completion: a lidar, 256 a metre
+        {"sintel", linear(1, {}), ""},         // .dpt
         {"middlebury", ofKind(Kind::Disparity, {inf}), "focal_baseline"},  // PFM; "offset" is its doffs
-        {"kinect", linear(.001, {0}), ""},                                 // as SDKs and data sets save it
-        {"realsense", linear(.001, {0}), ""},                              // the SDK's default unit
+        {"kinect", sensor(.001, 10), ""},                                  // as SDKs and data sets save it
+        {"realsense", sensor(.001, 20), ""},                               // the SDK's default unit
         {"millimetres", linear(.001, {0}), ""},
         {"unreal", linear(.01, {}, true), ""},  // world depth in cm
         {"opengl", ofKind(Kind::Device), "near far"},
@@ -101,6 +107,13 @@ std::vector<std::string> depthEncodingNames() {
     return names;
 }
 
+std::vector<std::string> sensorEncodingNames() {
+    std::vector<std::string> names;
+    for (const ReadyMade& r : readyMade())
+        if (std::isfinite(r.encoding.sensorReach)) names.push_back(r.name);
+    return names;
+}
+
 DepthEncoding depthEncodingFromJson(const json& object, const std::string& where) {
     if (!object.is_object()) failIo(where, ": must be an object");
     if (object.contains("encoding") && !object["encoding"].is_string())
@@ -121,7 +134,11 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
         example += text(example.empty() ? "" : ",", key, "=", key == "near" ? ".1" : "1000");
     }
     if (!missing.empty())
-        failIo(where, ": the encoding ", name, " needs ", missing, ", as in '", name, ":", example, "'");
+        failIo(where, ": the encoding ", name, " needs ", missing, ", as in '", name, ":", example, "' (",
+               base->encoding.kind == Kind::Disparity
+                   ? "focal length in px times the distance of the two cameras in m"
+                   : "the planes of the projection that drew the frame; the game or its matrix says them",
+               ")");
     for (const auto& [key, value] : object.items()) {
         if (key == "encoding" || key == "file")
             continue;

@@ -112,9 +112,29 @@ void doubtFarPlane(Case& c) {
                     " (or the camera is pitched by " + shown(std::atan(std::abs(tilt)) * 180 / CV_PI) + "°)");
 }
 
+// The ready-made names of sensors that could have measured what `read` gives, by their reach: "tum (1.5 to
+// 7.3 m)".
+std::string sensorsFor(const DepthEncoding& read, const DepthStatistics& s) {
+    std::string names;
+    for (const std::string& name : sensorEncodingNames()) {
+        const DepthEncoding e = parseDepthEncoding(name);
+        const double ratio = e.scaleToMetres / read.scaleToMetres;
+        if (s.p99 * ratio <= e.sensorReach)
+            names += (names.empty() ? "" : ", ") + name + " (" + shown(s.p1 * ratio) + " to " +
+                     shown(s.p99 * ratio) + " m)";
+    }
+    return names;
+}
+
 void doubtScale(Case& c) {
     const DepthStatistics& s = c.statistics;
-    if (s.p1 > 100)
+    if (s.p99 > c.encoding.sensorReach) {
+        const std::string others = sensorsFor(c.encoding, s);
+        c.doubt("scale",
+                "1 % lies beyond " + shown(s.p99) + " m, and such a sensor measures no farther than " +
+                    shown(c.encoding.sensorReach) + " m" +
+                    (others.empty() ? "" : ": are these numbers of another's unit, " + others + "?"));
+    } else if (s.p1 > 100)
         c.doubt("scale", "nothing is nearer than " + shown(s.p1) + " m: are these millimetres (scale .001: " +
                              shown(s.p1 * .001) + " to " + shown(s.p99 * .001) + " m) or centimetres?");
     else if (s.p99 > 0 && s.p99 < .25)

@@ -85,6 +85,7 @@ std::optional<Pattern> patternIn(const std::string& name) {
     while (at < name.size() && std::isdigit(static_cast<unsigned char>(name[at]))) ++at;
     if (at >= name.size() || name[at] != 'd') return std::nullopt;
     const std::string width = name.substr(percent + 1, at - percent - 1);
+    if (width.size() > 2) failUsage(name, ": a number of ", width, " digits fits no file name");
     return Pattern{name.substr(0, percent), name.substr(at + 1), width.empty() ? 1 : std::stoul(width)};
 }
 

@@ -209,6 +209,22 @@ TEST(Inspect, RanksTheTrueReadingFirst) {
         std::set<std::string>({"tum", "millimetres", "kitti"}).count(firstOf("promptda/library.jpg")));
 }
 
+TEST(Inspect, EverySensorsReachIsDoubtedBeyondAndOnlyThere) {
+    for (const std::string& name : sensorEncodingNames()) {
+        const DepthEncoding encoding = parseDepthEncoding(name);
+        for (const double part : {.9, 1.1}) {
+            Copy copy;
+            copy.encoding = encoding;
+            copy.capture.frame.color = test::randomColor({64, 48}, 0, 1, 1);
+            copy.capture.frame.camera = Camera::withHorizontalView({64, 48}, 60);
+            const double farthest = part * encoding.sensorReach / encoding.scaleToMetres;
+            copy.capture.stored = cv::Mat(48, 64, CV_32F);
+            for (int j = 0; j < 48; ++j) copy.capture.stored.row(j).setTo(farthest * (1 - j / 60.));
+            EXPECT_EQ(doubtsOf(copy).count("scale"), part > 1) << name;
+        }
+    }
+}
+
 TEST(Inspect, PicturesShowWhatIsThere) {
     Capture capture;
     capture.frame.color = test::randomColor({160, 120}, 0, 1, 1);

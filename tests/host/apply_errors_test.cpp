@@ -46,6 +46,27 @@ TEST_F(ApplyErrors, depthThatDoesNotFit) {
     expectError("apply depth_fog plain.png --depth gone.exr -o o.png", 3, "gone.exr");
 }
 
+// Distances of a room, 5000 a metre, stated as another sensor's.
+TEST_F(ApplyErrors, aStatedUnitBeyondItsSensorIsDoubted) {
+    const cv::Mat color = test::sampleFrame({320, 240}).color;
+    cv::Mat depth(color.size(), CV_32F);
+    for (int j = 0; j < depth.rows; j++) depth.row(j).setTo(35000 - 100 * j);
+    writeImage(path("room.png"), color);
+    WriteOptions data;
+    data.isData = true;
+    writeImage(path("room.depth.exr"), depth, data);
+    const auto said = [&](const std::string& encoding) {
+        const auto ran = brume("apply depth_fog room.png -o o.png --depth-encoding " + encoding);
+        EXPECT_EQ(ran.status, 0) << ran.err;
+        return ran.err;
+    };
+    for (const char* wrong : {"kitti", "kinect", "realsense"})
+        EXPECT_THAT(said(wrong), HasSubstr(std::string("looks wrong as ") + wrong + ": scale: ")) << wrong;
+    EXPECT_THAT(said("realsense"), HasSubstr("tum (2.26 to 6.96 m)?"));
+    EXPECT_THAT(said("tum"), testing::Not(HasSubstr(": scale: ")));
+    EXPECT_THAT(brume("inspect room.png --depth-encoding kinect").out, HasSubstr("doubt: scale"));
+}
+
 TEST_F(ApplyErrors, absurdHeadersTakeNoMemory) {
     std::string png = "\x89PNG\r\n\x1a\n";  // declares 2^31 - 1 pixels each way
     png += std::string("\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\x06\0\0\0\0\0\0\0", 25);
@@ -78,6 +99,12 @@ TEST_F(ApplyErrors, aFullDiskLeavesNothing) {
 
 TEST_F(ApplyErrors, wrongNamesGetTheNearest) {
     addFrame("street.exr");
+    expectError("apply depth_fog street.exr -o o.png --depht d.exr", 2,
+                "no option '--depht' (did you mean '--depth'?); see 'brume apply --help'");
+    expectError("bench --backends=cpu", 2, "did you mean '--backend'?");
+    expectError("apply -e depth_fog", 2, "no option '-e'; see 'brume apply --help'");
+    expectError("apply depth_fog 'a.%99999999999999999999d.png' -o out/", 2, "fits no file name");
+    expectError("apply depth_fog nowhere/ -o out/", 3, "no such folder");
     const std::string apply = "apply depth_fog street.exr -o o.png ";
     expectError("apply depth_fgo street.exr -o o.png", 2, "'depth_fog'");
     expectError(apply + "--set depth_fog.visibilty=3", 2, "'visibility'");
