@@ -3,6 +3,7 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <atomic>
 
 namespace brume {
 namespace {
@@ -21,6 +22,19 @@ void adviseLargePages(const cv::Mat& image) {
     auto begin = (reinterpret_cast<size_t>(image.data) + page - 1) / page * page;
     auto end = reinterpret_cast<size_t>(image.dataend) / page * page;
     if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+}
+
+// OpenCV lets go of images in code that is not instrumented, so that the thread sanitizer would take the next
+// use for a race: it gets fresh memory.
+#ifdef __SANITIZE_THREAD__
+constexpr bool reuses = false;
+#else
+constexpr bool reuses = true;
+#endif
+
+// Whether the pool alone refers to it; whatever another thread did with it happened before.
+bool isFree(const cv::Mat& image) {
+    return image.u && std::atomic_ref(image.u->refcount).load(std::memory_order_acquire) == 1;
 }
 
 }  // namespace
@@ -42,11 +56,12 @@ cv::Mat ImagePool::take(cv::Size size, int type) {
         if (guarded_) fillBytes(image, nanByte);
         return image;
     };
+    if (!reuses && !guarded_) std::erase_if(images_, isFree);
     const cv::Mat* spare = nullptr;
     for (const auto& image : images_) {
-        bool isFree = image.u && image.u->refcount == 1;
-        if (isFree && image.size() == size && image.type() == type) return started(image);
-        if (isFree && !spare) spare = &image;
+        if (!isFree(image)) continue;
+        if (image.size() == size && image.type() == type) return started(image);
+        if (!spare) spare = &image;
     }
     // A chain may ask for several sizes in turn, every frame; beyond a few, memory of a size no longer asked
     // for goes.

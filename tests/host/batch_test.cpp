@@ -214,10 +214,11 @@ TEST_F(Batch, killedAtAnyTimeLeavesOnlyWholeFilesAndResumes) {
     for (const char* signal : {"KILL", "TERM"}) {
         fs::remove_all(path("out"));
         auto ran = test::run(
-            folder_, std::string("BRUME apply depth_fog in -o out --no-sheet --jobs 2 & pid=$!; "
-                                 "while [ $(ls out 2>/dev/null | wc -l) -lt 5 ]; do sleep .005; done; "
-                                 "kill -") +
-                         signal + " $pid; wait $pid");
+            folder_,
+            std::string("BRUME apply depth_fog in -o out --no-sheet --jobs 2 & pid=$!; "
+                        "while kill -0 $pid && [ $(ls out 2>/dev/null | wc -l) -lt 5 ]; do sleep .005; done; "
+                        "kill -") +
+                signal + " $pid; wait $pid");
         EXPECT_EQ(ran.status, signal == std::string("KILL") ? 137 : 3) << ran.err;
         if (ran.status == 3) {
             EXPECT_THAT(ran.err, HasSubstr("--resume continues"));
