@@ -187,6 +187,11 @@ TEST(DepthFog, TheSunLobePeaksTowardsTheSunAndHenyeyGreensteinIntegratesToOne) {
         EXPECT_EQ(place, cv::Point(50, 50)) << sun;
     }
     EXPECT_NEAR(peak(R"("sun": "power")").at<cv::Vec4f>(50, 50)[0], 1, 1e-6);
+    for (int i : {10, 60, 95}) {  // max(0, cos)^exponent
+        const double x = (i - 50) / 50.5;
+        EXPECT_NEAR(peak(R"("sun": "power", "sun_exponent": 5)").at<cv::Vec4f>(50, i)[0],
+                    std::pow(1 + x * x, -2.5), 1e-6);
+    }
     // ∫ HG dω over the sphere, by looking at the sun from many angles: one straight-ahead pixel, sun turned.
     for (std::string g : {"-0.6", "0", "0.5", "0.85"}) {
         auto one = pixel(infinity);

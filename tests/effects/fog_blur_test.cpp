@@ -39,14 +39,16 @@ static cv::Mat blurred(const cv::Mat& image, const cv::Mat& transmittance, const
 }
 
 // The L1 norm of the difference to a Gaussian, of the response to an impulse under even fog.
-static double errorUnderEvenFog(double radius, double share, const std::string& method) {
+static double errorUnderEvenFog(double radius, double share, const std::string& method, double opacity = -1,
+                                const std::string& more = "") {
     const double sigma = radius * share;
     const int reach = int(6 * sigma) + 6, size = 2 * reach + 1;
     cv::Mat impulse = constant({size, size}, 0);
     impulse.at<cv::Vec4f>(reach, reach) = {1, 1, 1, 1};
     std::string parameters =
-        "\"edges\": \"bleed\", \"method\": \"" + method + "\", \"radius\": " + std::to_string(radius);
-    cv::Mat response = blurred(impulse, constant({size, size}, float(1 - share)), parameters);
+        "\"edges\": \"bleed\", \"method\": \"" + method + "\", \"radius\": " + std::to_string(radius) + more;
+    cv::Mat response =
+        blurred(impulse, constant({size, size}, float(1 - (opacity < 0 ? share : opacity))), parameters);
     double error = 0, sum = 0;
     auto weight = [&](int i, int j) {
         double x = i - reach, y = j - reach;
@@ -73,6 +75,17 @@ TEST(FogBlur, TheLadderIsWithinTwoHundredthsOfAGaussianAtEveryStrength) {
 
 TEST(FogBlur, GatherIsAGaussian) {
     for (double share : {.1, .5, 1.}) EXPECT_LE(errorUnderEvenFog(5, share, "gather"), 7e-4) << share;
+}
+
+// σ = σmax·((α - α0)/(1 - α0))^p, MODELS.md §8.
+TEST(FogBlur, StartAndFalloffShapeTheBlur) {
+    for (double opacity : {.5, .8, 1.})
+        for (const char* method : {"gather", "ladder"}) {
+            const double share = std::pow((opacity - .3) / .7, 2);
+            EXPECT_LE(errorUnderEvenFog(8, share, method, opacity, R"(, "start": 0.3, "falloff": 2)"),
+                      method[0] == 'g' ? 7e-4 : .02)
+                << method << opacity;
+        }
 }
 
 TEST(FogBlur, WithoutFogNothingChanges) {

@@ -71,11 +71,27 @@ TEST(LightDetect, ASoftKneeIsContinuousGrowsAndMeetsBothEnds) {
     }
 }
 
+// weight max(s²/4k, B - t)/B with s = clamp(B - t + k, 0, 2k), MODELS.md §7: a quarter of the knee at the
+// threshold.
+TEST(LightDetect, TheKneeIsTheModelsParabola) {
+    for (float value : {.55f, .7f, .8f, .9f, 1.05f}) {
+        const double s = value - .8 + .3;
+        EXPECT_NEAR(detectOne({value, value, value, 1}, 5,
+                              R"("luminance": "linear 709", "threshold": 0.8, "knee": 0.3)")[0],
+                    s * s / (4 * .3), 1e-6)
+            << value;
+    }
+}
+
 TEST(LightDetect, DistanceDimsAndDepthRangeCuts) {
     const float infinity = std::numeric_limits<float>::infinity();
     cv::Vec4f lamp(2, 1.5f, 1, 1);
     EXPECT_NEAR(detectOne(lamp, 10, R"("attenuation": 0.1)")[0], 2 * std::exp(-1), 1e-6);
     EXPECT_NEAR(detectOne(lamp, 10, R"("attenuation": 0.1, "curve": 2)")[0], 2 * std::exp(-2), 1e-6);
+    // Attenuation is along the ray: at the edge of a view of 90 degrees that is longer than the depth.
+    const FramePair wide = frameOf(cv::Mat(1, 9, CV_32FC4, cv::Scalar(lamp)), 10);
+    EXPECT_NEAR(detect(wide, R"("attenuation": 0.1)").at<cv::Vec4f>(0, 0)[0],
+                2 * std::exp(-std::sqrt(1 + 64. / 81)), 1e-6);
     EXPECT_EQ(detectOne(lamp, 10, R"("near": 10.1)")[0], 0);
     EXPECT_EQ(detectOne(lamp, 10, R"("far": 9.9)")[0], 0);
     EXPECT_EQ(detectOne(lamp, 10, R"("near": 9.9, "far": 10.1)")[0], 2);
