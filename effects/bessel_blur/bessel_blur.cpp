@@ -16,6 +16,7 @@
 
 #include "common/blur_bessel.hpp"
 #include "common/blur_plan.hpp"
+#include "common/cascade.hpp"
 #include "common/decimated.hpp"
 #include "common/recursion.hpp"
 #include "effect/plugin.hpp"
@@ -84,6 +85,19 @@ std::vector<double> centerTap(const BesselBlur& p, const DeriveContext& c) {
     return {exponentialsOf(p, c).center};
 }
 
+// Of the recursive method, where the CPU's bands take it: reach is 0 elsewhere.
+blur::Cascade cascadeNumbersOf(const BesselBlur& p, const DeriveContext& c) {
+    if (p.method != recursive || radiusOf(p, c) < .4) return {};
+    const blur::Cascade cascade = blur::cascadeOf(blur::besselExponentials(radiusOf(p, c)));
+    return blur::isCascaded(c.size.height, cascade.reach) ? cascade : blur::Cascade{};
+}
+std::vector<double> cascadeReach(const BesselBlur& p, const DeriveContext& c) {
+    return {double(cascadeNumbersOf(p, c).reach)};
+}
+std::vector<double> cascade(const BesselBlur& p, const DeriveContext& c) {
+    return cascadeNumbersOf(p, c).packed();
+}
+
 // --- CPU
 
 void run(const BesselBlur& p, const CpuContext& c) {
@@ -95,6 +109,9 @@ void run(const BesselBlur& p, const CpuContext& c) {
                             {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("smallTaps"),
                              c.derived("enlarging")},
                             c.outputIsStreamed);
+    else if (c.derived("cascadeReach")[0] > 0)
+        blur::cascadedBlur(c.input, out, c.derived("cascade"), int(c.derived("cascadeReach")[0]),
+                           c.outputIsStreamed);
     else
         blur::recursiveBlur(c.input, out, {c.derived("poles"), c.derived("centerTap")[0]});
 }
@@ -189,11 +206,12 @@ double kernelError(int method, double radius, double tolerance) {
     return statedError({0, float(tolerance), method}, radius);
 }
 
-// Frame copies on the CPU at 1920×1080 with two threads; `reach` of the FIR, or the small one.
+// Frame copies on the CPU at 1920×1080 with two threads; `reach` of the FIR, or the small one, or of the
+// recursion's bands (0: it has none).
 double costOf(int method, int factor, int reach) {
-    if (method == fir || (method == decimated && factor == 1)) return 1.1 + .26 * reach;
-    if (method == decimated) return 2 + 1. / factor + .39 * reach / (factor * factor);
-    return 5;
+    if (method == fir || (method == decimated && factor == 1)) return 1.25 + .12 * reach;
+    if (method == decimated) return 1.35 + 1.2 / factor + .16 * reach / (factor * factor);
+    return method == recursive && reach > 0 ? 1.8 + .003 * reach : 3.2;
 }
 
 Plan plan(const BesselBlur& p, const PlanInput& in) {
@@ -218,9 +236,10 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
             method != recursive)
             return;
         const int factor = method == decimated ? blur::besselFactor(radius, tolerance) : 1,
-                  reach = method == decimated ? blur::besselSmallReach(radius, tolerance)
-                          : method == fir     ? int(blur::besselTaps(radius, tolerance).size()) - 1
-                                              : 0;
+                  reach = method == decimated   ? blur::besselSmallReach(radius, tolerance)
+                          : method == fir       ? int(blur::besselTaps(radius, tolerance).size()) - 1
+                          : method == recursive ? cascadeNumbersOf({p.radius, 0, recursive}, in.scene).reach
+                                                : 0;
         choices.push_back({method, name, tolerance, error, peak,
                            costOf(method, factor, reach) * in.scene.size.area() / in.frame.size.area()});
     };
@@ -256,6 +275,8 @@ BRUME_PLUGIN(EffectOf<BesselBlur>()
                  .derive("poleCount", poleCount)
                  .derive("poles", poles)
                  .derive("centerTap", centerTap)
+                 .derive("cascadeReach", cascadeReach)
+                 .derive("cascade", cascade)
                  .run(run)
                  .referenceImage(reference)
                  .plan(plan))

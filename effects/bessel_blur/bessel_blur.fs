@@ -25,7 +25,9 @@
     {"NAME": "enlarging", "TYPE": "array", "SIZE": "6 * $factor", "FROM": ["radius", "method", "tolerance", "size"]},
     {"NAME": "poleCount", "TYPE": "int", "FROM": ["radius", "method", "size"]},
     {"NAME": "poles", "TYPE": "vec4 array", "SIZE": "$poleCount", "FROM": ["radius", "method", "size"]},
-    {"NAME": "centerTap", "TYPE": "float", "FROM": ["radius", "method", "size"]}
+    {"NAME": "centerTap", "TYPE": "float", "FROM": ["radius", "method", "size"]},
+    {"NAME": "cascadeReach", "TYPE": "int", "FROM": ["radius", "method", "size"], "DESCRIPTION": "the CPU's alone, as cascade"},
+    {"NAME": "cascade", "TYPE": "array", "SIZE": 9, "FROM": ["radius", "method", "size"]}
   ],
   "PASSES": [
     {"TARGET": "rows", "WHEN": "$method == $method_fir"},

@@ -167,6 +167,57 @@ inline Exponentials normalised(Exponentials e) {
     return e;
 }
 
+/// A two-sided sum of one term, whose spectrum is above 0, as one real filter that runs forward and then
+/// backward: y = direct·x + c1·v + c2·s, then v += s, s += x - k1·v - k2·s (delta form: k1 and k2 are small,
+/// and keep in fp32 the little by which poles miss 1).
+struct Cascade {
+    double direct = 1, k1 = 1, k2 = 2, c1 = 0, c2 = 0;
+    /// What lies beyond the last pixel is like it: off the steady state by (v, s) in front of it, the
+    /// backward filter is off by this matrix times that.
+    double end[4] = {};
+    int reach = 0;  ///< px beyond which less than a millionth is left
+
+    std::vector<double> packed() const { return {direct, k1, k2, c1, c2, end[0], end[1], end[2], end[3]}; }
+};
+inline Cascade cascadeOf(const Exponentials& e) {
+    const Complex pole = e.terms[0].pole, amplitude = e.terms[0].amplitude;
+    const double own[] = {1, -2 * pole.real(), std::norm(pole)},
+                 side[] = {0, amplitude.real(), -(amplitude * std::conj(pole)).real()};
+    // The spectrum is N(w)/|own|², w = z + 1/z, N = n[0] + n[1]·w + n[2]·(w² - 2).
+    double n[3] = {};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            if (i >= j) n[i - j] += e.center * own[i] * own[j] + side[i] * own[j];
+            if (j >= i) n[j - i] += side[i] * own[j];
+        }
+    // Its zeros inside the unit circle are the filter's.
+    const Complex root = std::sqrt(Complex(n[1] * n[1] - 4 * n[2] * (n[0] - 2 * n[2])));
+    Complex zeros[2];
+    for (int k = 0; k < 2; k++) {
+        const Complex w = ((k ? -root : root) - n[1]) / (2 * n[2]), apart = std::sqrt(w * w - 4.);
+        zeros[k] = std::abs(w + apart) < std::abs(w - apart) ? (w + apart) / 2. : (w - apart) / 2.;
+    }
+    const double first = -(zeros[0] + zeros[1]).real(), second = (zeros[0] * zeros[1]).real();
+    Cascade c;
+    c.k1 = std::norm(pole - 1.), c.k2 = 2 - 2 * pole.real();
+    c.direct = (1 + own[1] + own[2]) / (1 + first + second);  // a constant is kept
+    c.c2 = c.direct * (first - own[1]);
+    c.c1 = c.k1 * (1 - c.direct);
+    // Σ powersⁿ·(what the backward filter reads of the forward one)·powersⁿ, twice as many terms each time.
+    double powers[] = {1, 1, -c.k1, 1 - c.k2}, sum[] = {0, 0, c.c1, c.c2}, product[4], more[4];
+    auto multiply = [](const double* a, const double* b, double* to) {
+        for (int k = 0; k < 4; k++) to[k] = a[k / 2 * 2] * b[k % 2] + a[k / 2 * 2 + 1] * b[2 + k % 2];
+    };
+    for (int doubling = 0; doubling < 20; doubling++) {
+        multiply(powers, sum, product), multiply(product, powers, more);
+        for (int k = 0; k < 4; k++) sum[k] += more[k];
+        multiply(powers, powers, product), std::copy(product, product + 4, powers);
+    }
+    std::copy(sum, sum + 4, c.end);
+    c.reach = int(std::ceil(std::log(7e-7) / std::log(std::abs(pole))));
+    return c;
+}
+
 /// The kernel of a causal filter with impulse response g0, Re(b·pole^(n - 1)) run forward, then backward.
 inline Exponentials forwardAndBackward(double g0, Complex b, Complex pole) {
     Complex own = b / (1. - pole * pole), other = std::conj(b) / (1 - std::norm(pole));

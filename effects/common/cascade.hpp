@@ -1,0 +1,238 @@
+// The recursive blur of RGBA images on the CPU where its kernel is short against the image: one filter that
+// runs forward and then backward (Cascade), along columns and rows at once. It goes down the image in bands
+// that stay in the caches, so that each pixel is read once and written once. Edges replicate exactly; what a
+// band does not look at weighs less than a millionth.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <span>
+
+#include "common/filter_lines.hpp"
+#include "common/stream.hpp"
+
+namespace blur {
+
+/// Numbers of Cascade::packed.
+struct CascadeNumbers {
+    float direct, k1, k2, c1, c2, end[4];
+};
+
+/// Of sixteen floats side by side: what is left of the pixels behind, and how that changes.
+struct CascadeState {
+    Four value, slope;
+};
+static_assert(sizeof(CascadeState) == 128);
+
+// Before the first pixel all are like it.
+BRUME_INLINE CascadeState steady(const CascadeNumbers& n, Four x) { return {x * (1.0f / n.k1), Four{}}; }
+// Behind the last pixel, too, which the forward filter has read: the backward filter's state there.
+BRUME_INLINE CascadeState turned(const CascadeNumbers& n, const CascadeState& s, Four x) {
+    const Four still = x * (1.0f / n.k1), off = s.value - still;
+    return {still + (n.end[0] * off + n.end[1] * s.slope), n.end[2] * off + n.end[3] * s.slope};
+}
+BRUME_INLINE Four advance(const CascadeNumbers& n, CascadeState& s, Four x) {
+    const Four out = n.direct * x + (n.c1 * s.value + n.c2 * s.slope);
+    const Four change = (x - n.k1 * s.value) - n.k2 * s.slope;
+    s.value = s.value + s.slope;
+    s.slope = s.slope + change;
+    return out;
+}
+
+constexpr int cascadeRows = 8;  // taken together
+
+// Rows of `floats` floats here have room for whole vectors. `states`: two vectors for each of a row's.
+BRUME_VECTORISE static void columnsBegin(CascadeState* states, const float* row, int floats,
+                                         const CascadeNumbers& n) {
+    for (int i = 0; i < floats; i += 16) states[i / 16] = steady(n, *(const Four*)(row + i));
+}
+BRUME_VECTORISE static void columnsTurn(CascadeState* states, const CascadeState* forward, const float* row,
+                                        int floats, const CascadeNumbers& n) {
+    for (int i = 0; i < floats; i += 16) states[i / 16] = turned(n, forward[i / 16], *(const Four*)(row + i));
+}
+
+// Down eight rows, whose last pixels may lack room; whether they are all finite.
+BRUME_VECTORISE static bool columnsForward(float* const* to, const float* const* rows,
+                                           const CascadeState* before, CascadeState* after, int floats,
+                                           const CascadeNumbers& numbers) {
+    typedef int Bits __attribute__((vector_size(64), may_alias));
+    const CascadeNumbers n = numbers;
+    Bits largest = {};
+    auto run = [&](int i, auto load) __attribute__((always_inline)) {
+        CascadeState s = before[i / 16];
+        for (int k = 0; k < cascadeRows; k++) {
+            const Four x = load(rows[k] + i);
+            const Bits bits = (Bits)x & 0x7fffffff;
+            largest = bits > largest ? bits : largest;
+            *(Four*)(to[k] + i) = advance(n, s, x);
+        }
+        after[i / 16] = s;
+    };
+    for (int i = 0; i < floats; i += 16)
+        if (i + 16 <= floats)
+            run(
+                i, [](const float* at) __attribute__((always_inline)) {
+                    __builtin_prefetch(at + 256);
+                    return *(const Four*)at;
+                });
+        else
+            run(
+                i, [&](const float* at) __attribute__((always_inline)) {
+                    Four x = {};
+                    for (int c = 0; c < floats - i; c++) x[c] = at[c];
+                    return x;
+                });
+    int most = 0;
+    for (int k = 0; k < 16; k++) most = std::max(most, largest[k]);
+    return most < 0x7f800000;
+}
+
+// Up eight rows of what went down, for their state alone.
+BRUME_VECTORISE static void columnsPass(CascadeState* states, const float* const* rows, int floats,
+                                        const CascadeNumbers& numbers) {
+    const CascadeNumbers n = numbers;
+    for (int i = 0; i < floats; i += 16) {
+        CascadeState s = states[i / 16];
+        for (int k = cascadeRows - 1; k >= 0; k--) advance(n, s, *(const Four*)(rows[k] + i));
+        states[i / 16] = s;
+    }
+}
+
+// Up eight rows of what went down, and along them to the right: laneCount floats a column of eight pixels.
+// Gives the rows' state at their right end, for the way back.
+BRUME_VECTORISE static void columnsBackward(float* lanes, CascadeState* states, CascadeState* ends,
+                                            const float* const* rows, int floats,
+                                            const CascadeNumbers& numbers) {
+    const CascadeNumbers n = numbers;
+    CascadeState along[2] = {};
+    Four last[2] = {};
+    for (int i = 0; i < floats; i += 16) {
+        CascadeState s = states[i / 16];
+        Four x[2][4];
+#pragma GCC unroll 8
+        for (int k = cascadeRows - 1; k >= 0; k--)
+            x[k / 4][k % 4] = advance(n, s, *(const Four*)(rows[k] + i));
+        states[i / 16] = s;
+        for (int half = 0; half < 2; half++) transpose(x[half]);
+        if (i == 0)
+            for (int half = 0; half < 2; half++) along[half] = steady(n, x[half][0]);
+        const int count = std::min(4, (floats - i) / 4);
+        if (count == 4) {
+#pragma GCC unroll 4
+            for (int k = 0; k < 4; k++)
+                for (int half = 0; half < 2; half++)
+                    *(Four*)(lanes + laneCount * (i / 4 + k) + 16 * half) =
+                        advance(n, along[half], x[half][k]);
+        } else {
+            for (int k = 0; k < count; k++)
+                for (int half = 0; half < 2; half++)
+                    *(Four*)(lanes + laneCount * (i / 4 + k) + 16 * half) =
+                        advance(n, along[half], x[half][k]);
+        }
+        for (int half = 0; half < 2; half++) last[half] = x[half][count - 1];
+    }
+    for (int half = 0; half < 2; half++) ends[half] = turned(n, along[half], last[half]);
+}
+
+// Back along eight rows, columns `from` to `end` - 1; pixel (k, x) of the result is at 4·(k·stride + x -
+// from).
+BRUME_VECTORISE static void rowsBackward(float* out, int stride, CascadeState* ends, const float* lanes,
+                                         int from, int end, const CascadeNumbers& numbers) {
+    const CascadeNumbers n = numbers;
+    CascadeState along[2] = {ends[0], ends[1]};
+    for (int i = (end - 1 - from) / 4 * 4 + from; i >= from; i -= 4)
+        for (int half = 0; half < 2; half++) {
+            Four x[4] = {};
+            const float* at = lanes + laneCount * i + 16 * half;
+            if (i + 4 <= end) {
+#pragma GCC unroll 4
+                for (int k = 3; k >= 0; k--)
+                    x[k] = advance(n, along[half], *(const Four*)(at + laneCount * k));
+            } else {
+                for (int k = end - i - 1; k >= 0; k--)
+                    x[k] = advance(n, along[half], *(const Four*)(at + laneCount * k));
+            }
+            transpose(x);
+            for (int k = 0; k < 4; k++) *(Four*)(out + 4 * ((4 * half + k) * stride + i - from)) = x[k];
+        }
+    ends[0] = along[0], ends[1] = along[1];
+}
+
+/// Whether cascadedBlur takes an image of so many rows: otherwise its bands would be most of the image.
+inline bool isCascaded(int height, int reach) { return reach <= std::max(128, height / 4); }
+
+/// `in` and `out` are CV_32FC4 of one size and do not overlap; `reach` as of Cascade, `streams`:
+/// CpuContext::outputIsStreamed.
+inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float> cascade, int reach,
+                         bool streams) {
+    CascadeNumbers numbers;
+    std::memcpy(&numbers, cascade.data(), sizeof numbers);
+    const int width = in.cols, height = in.rows, floats = 4 * width, room = (floats + 15) / 16 * 16;
+    const int last = (height + 7) / 8 * 8, band = 64, around = (reach + 7) / 8 * 8, ringRows = band + around;
+    // Tasks look at `reach` rows beyond theirs; always as many, so that bits do not depend on threads.
+    const int tasks = height < 4 * reach ? 1 : std::clamp(height / (16 * std::max(reach, 1)) * 2, 2, 16);
+    cv::parallel_for_(
+        cv::Range(0, tasks),
+        [&](const cv::Range& range) {
+            Scratch ring(size_t(ringRows) * room), finite(size_t(cascadeRows) * room),
+                states(6 * size_t(room)), lanes(8 * size_t(room));
+            CascadeState* forward = reinterpret_cast<CascadeState*>(states.data());
+            CascadeState *after = forward + room / 16, *back = after + room / 16;
+            auto slot = [&](int y) { return ring.data() + size_t(y % ringRows) * room; };
+            auto copyRows = [&](int y, int count) {
+                for (int k = 0; k < count; k++) {
+                    float* row = finite.data() + size_t(k) * room;
+                    copyFinite(row, in.ptr<float>(std::clamp(y + k, 0, height - 1)), floats);
+                    std::fill(row + floats, row + room, 0.0f);
+                }
+                return finite.data();
+            };
+            auto goDown = [&](int y) {
+                const float* rows[cascadeRows];
+                float* to[cascadeRows];
+                for (int k = 0; k < cascadeRows; k++)
+                    rows[k] = in.ptr<float>(std::min(y + k, height - 1)), to[k] = slot(y + k);
+                if (!columnsForward(to, rows, forward, after, floats, numbers)) {
+                    copyRows(y, cascadeRows);
+                    for (int k = 0; k < cascadeRows; k++) rows[k] = finite.data() + size_t(k) * room;
+                    columnsForward(to, rows, forward, after, floats, numbers);
+                }
+                std::swap(forward, after);
+            };
+            for (int t = range.start; t < range.end; t++) {
+                const int begin = last / 8 * t / tasks * 8, end = last / 8 * (t + 1) / tasks * 8;
+                int done = std::max(begin - around, 0);
+                columnsBegin(forward, copyRows(done, 1), floats, numbers);
+                for (int y0 = begin; y0 < end; y0 += band) {
+                    const int y1 = std::min(y0 + band, end), beyond = std::min(y1 + around, last);
+                    for (; done < beyond; done += cascadeRows) goDown(done);
+                    if (beyond == last)
+                        columnsTurn(back, forward, copyRows(height - 1, 1), floats, numbers);
+                    else
+                        columnsBegin(back, slot(beyond - 1), floats, numbers);
+                    for (int y = beyond - cascadeRows; y >= y0; y -= cascadeRows) {
+                        const float* rows[cascadeRows];
+                        for (int k = 0; k < cascadeRows; k++) rows[k] = slot(y + k);
+                        if (y >= y1) {
+                            columnsPass(back, rows, floats, numbers);
+                            continue;
+                        }
+                        CascadeState ends[2];
+                        columnsBackward(lanes.data(), back, ends, rows, floats, numbers);
+                        constexpr int part = 64;
+                        alignas(64) float finished[cascadeRows * 4 * part];
+                        for (int x = (width - 1) / part * part; x >= 0; x -= part) {
+                            const int count = std::min(part, width - x);
+                            rowsBackward(finished, part, ends, lanes.data(), x, x + count, numbers);
+                            for (int k = 0; k < std::min(cascadeRows, height - y); k++)
+                                brume::putRow(out.ptr<float>(y + k) + 4 * x, finished + 4 * part * k,
+                                              4 * size_t(count), streams);
+                        }
+                    }
+                }
+            }
+            if (streams) brume::streamEnd();
+        },
+        tasks);
+}
+
+}  // namespace blur
