@@ -4,7 +4,6 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -20,6 +19,7 @@
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "measure/encoded_error.hpp"
+#include "memory.hpp"
 
 namespace brume::host {
 namespace {
@@ -92,8 +92,6 @@ class MemoryGate {
     std::mutex mutex_;
     std::condition_variable changed_;
 };
-
-size_t machineMemory() { return size_t(sysconf(_SC_PHYS_PAGES)) * size_t(sysconf(_SC_PAGESIZE)); }
 
 // Nine pixels in ten change by less, in 8-bit steps and of the picture's middle level: nobody will see it
 // without looking for it. (Judged by eye: 28 of 170 hardly shows in a bright room, 26 of 40 does at night.)
@@ -190,7 +188,12 @@ class Run {
         token->task = &task;
         token->wantsThumbnail = at_ <= batch_.thumbnails;
         token->frame = current_;
-        token->bytes = currentBytes_;
+        if (currentBytes_ > machineMemory())
+            token->fail(text("'", task.making.input, "': needs ", currentBytes_ >> 30,
+                             " GiB of memory, more than this machine has"),
+                        int(ErrorKind::Io));
+        else
+            token->bytes = currentBytes_;
         gate_.enter(token->bytes);
         return token;
     }

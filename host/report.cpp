@@ -1,13 +1,12 @@
 #include "report.hpp"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 
 #include "error.hpp"
+#include "frame/pending_file.hpp"
 
 namespace brume::host {
 
@@ -56,17 +55,12 @@ void Report::write(const std::string& path) const {
     report["summary"] = {
         {"made", made_},      {"up_to_date", upToDate_},   {"failed", failed_},
         {"seconds", seconds}, {"megapixels", megapixels_}, {"peak_bytes", usage.ru_maxrss * 1024}};
-    std::string temporary = text(path, ".", getpid(), ".part");
-    std::ofstream out(temporary, std::ios::binary);
+    PendingFile pending(path);
+    std::ofstream out(pending.path(), std::ios::binary);
     out << report.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
     out.close();
-    std::error_code error;
-    if (out) std::filesystem::rename(temporary, path, error);
-    if (!out || error) {
-        std::error_code none;
-        std::filesystem::remove(temporary, none);
-        failIo("'", path, "': the report cannot be written");
-    }
+    if (!out) failIo("'", path, "': the report cannot be written");
+    pending.commit();
 }
 
 }  // namespace brume::host

@@ -11,6 +11,7 @@
 #include "frame/reader_line.hpp"
 #include "frame/reader_process.hpp"
 #include "frame/shared_image.hpp"
+#include "memory.hpp"
 
 namespace brume {
 
@@ -37,7 +38,7 @@ void setLimits(const DecodeRequest& request) {
     getrusage(RUSAGE_SELF, &used);
     limit(RLIMIT_CPU, rlim_t(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + rlim_t(*request.seconds) + 1);
     if (isSanitized) return;
-    const rlim_t machine = rlim_t(sysconf(_SC_PHYS_PAGES)) * rlim_t(sysconf(_SC_PAGESIZE));
+    const rlim_t machine = machineMemory();
     const rlim_t stacks = rlim_t(cv::getNumThreads()) * (16 << 20);  // OpenCV's threads and OpenEXR's
     const rlim_t usual =
         (rlim_t(1) << 30) + stacks + rlim_t(std::min(request.maxPixels, size_t(1) << 40)) * 32;

@@ -1,6 +1,7 @@
 #include "gl/step_runner.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 
 #include "error.hpp"
@@ -9,6 +10,7 @@
 #include "gl/pass_watch.hpp"
 #include "gl/rows_buffer.hpp"
 #include "gl/shader_source.hpp"
+#include "memory.hpp"
 
 namespace brume {
 
@@ -83,6 +85,7 @@ void StepRunner::run(const Step& step, GlFrame& frame) {
     bound.view = viewFor(*frame.frame, bound.outputSize);
     bound.variables = passVariables(step, bound.inputSize, bound.derived);
     try {
+        requireMemory(bound);
         bindImages(bound, frame);
         bindTables(bound);
         for (size_t pass = 0; pass < header.passes.size(); pass++) runPass(bound, pass);
@@ -104,6 +107,18 @@ void StepRunner::run(const Step& step, GlFrame& frame) {
         header.linear ? *output
                       : helpers_.resampleLinear(helpers_.fromIsf(*output, isfMayLeavePixels(*step.effect)),
                                                 bound.outputSize);
+}
+
+void StepRunner::requireMemory(const Bound& bound) {
+    double bytes = 0;
+    for (const Pass& pass : bound.header.passes)
+        if (!pass.target.empty() && (pass.when.empty() || pass.when.evaluate(bound.variables) != 0)) {
+            const cv::Size size = targetSize(bound, pass);
+            bytes += double(size.width) * size.height * (bound.header.linear || pass.isFloat ? 16 : 4);
+        }
+    if (bytes > double(machineMemory()))
+        failUsage(bound.header.path, ": its passes draw ", std::ceil(bytes / (1 << 30)),
+                  " GiB of images, more than this machine has memory");
 }
 
 void StepRunner::bindImages(Bound& bound, GlFrame& frame) {

@@ -52,6 +52,7 @@ class StepRunner {
     };
     using Variables = std::map<std::string, double>;
 
+    static void requireMemory(const Bound& bound);
     void bindImages(Bound& bound, GlFrame& frame);
     void bindTables(Bound& bound);
     void runPass(Bound& bound, size_t index);

@@ -1,6 +1,7 @@
 #include "measure/chart_csv.hpp"
 
 #include <charconv>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <sstream>
@@ -85,7 +86,15 @@ const std::vector<Column>& columns() {
 }
 #undef PLACE
 
-std::string field(const std::string& s) {
+// What a spreadsheet would take for a formula; "'" before it says that it is text.
+bool isFormula(const std::string& s) {
+    double number = 0;
+    const auto end = s.data() + s.size();
+    return !s.empty() && std::strchr("=+-@\t\r", s[0]) && std::from_chars(s.data(), end, number).ptr != end;
+}
+
+std::string field(const std::string& value) {
+    const std::string s = isFormula(value) ? "'" + value : value;
     if (s.find_first_of(",\"\r\n") == std::string::npos) return s;
     std::string out = "\"";
     for (char c : s) out += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -147,7 +156,8 @@ std::vector<ChartRow> fromCsv(const std::string& csv, const std::string& where) 
         ChartRow row;
         for (size_t n = 0; n < columns().size(); n++) {
             const Column& column = columns()[n];
-            const std::string& s = records[k][n];
+            std::string s = records[k][n];
+            if (s[0] == '\'' && isFormula(s.substr(1))) s.erase(0, 1);
             if (k == 0 ? s != column.name : !column.set(row, s))
                 failIo(where, ": line ", k + 1, ": '", s, "' is no ", k == 0 ? "column here, which is " : "",
                        column.name, "; remove the file and chart again");

@@ -204,12 +204,12 @@ void writeLegend(std::ostream& out, const Legend& legend, double bottom, double 
 }  // namespace
 
 std::string plotQuoted(const std::string& s) {
-    std::string out = "\"";
+    std::string out = "'";
     for (char c : s) {
-        if (c == '"' || c == '\\') out += '\\';
+        if (c == '\'') out += c;
         out += c == '\n' ? ' ' : c;
     }
-    return out + '"';
+    return out + '\'';
 }
 
 PlotSize plotSize(const PlotPage& page) {

@@ -16,7 +16,8 @@ PlotSize plotSize(const PlotPage& page);
 /// Commands that draw the page into `output` with `terminal` ("svg size ..."), whatever the locale.
 std::string plotScript(const PlotPage& page, const std::string& terminal, const std::string& output);
 
-/// Text between quotes, as gnuplot reads it.
+/// Text between single quotes, as gnuplot reads it: between double ones it would run what stands in
+/// backquotes.
 std::string plotQuoted(const std::string& s);
 
 }  // namespace brume

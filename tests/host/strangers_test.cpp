@@ -1,0 +1,146 @@
+// What files that a stranger sent must not reach: a shell, a program, a link's other end, a browser's
+// scripts, a spreadsheet's formulas, all memory.
+#include <sys/stat.h>
+
+#include <filesystem>
+
+#include "program.hpp"
+
+namespace brume::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+class Strangers : public Program {
+  protected:
+    /// An effect file whose every word is that of a stranger.
+    void addEffect(const std::string& name, const std::string& word, const std::string& more) {
+        addText(name, R"(/*{"SPACE": "linear", "DESCRIPTION": ")" + word + R"(", "INPUTS": [
+            {"NAME": "inputImage", "TYPE": "image"},
+            {"NAME": "amount", "LABEL": ")" +
+                          word + R"(", "UNIT": ")" + word + R"(", "TYPE": "float",
+             "DEFAULT": 0.5, "MIN": 0, "MAX": 1}])" +
+                          more + R"(}*/
+            #include "kit/image.glsl"
+            void main() { store(fetch(inputImage, pixel()) * amount); })");
+    }
+    static std::string charted(const std::string& word, const std::string& more) {
+        return R"(, "CHART": {"CASES": [{"NAME": ")" + word +
+               R"(", "SET": {"amount": 0.5}}], "METHODS": [{"NAME": ")" + word +
+               R"(", "KNOB": "amount", "VALUES": [0.2, 0.4]}])" + more + "}";
+    }
+};
+
+TEST_F(Strangers, chartsRunNoCommands) {
+    // gnuplot runs what stands between backquotes, in double quotes too.
+    const std::string word = "`touch ran` $(touch ran) ';touch ran;'";
+    addEffect("`touch ran`'x.fs", word, charted(word, ""));
+    const Ran ran =
+        brume("chart './`touch ran`'\\''x.fs' -o 'charts`touch ran`' --size 64x48 --backend osmesa");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_FALSE(fs::exists(path("ran")));
+    EXPECT_THAT(files(), testing::Contains(HasSubstr(".svg")));
+}
+
+TEST_F(Strangers, chartsRunNoProgramOfAnEffectThatIsNoPlugin) {
+    addEffect("own.fs", "",
+              charted("fast",
+                      R"(, "REFERENCE": {"amount": 1}, "PEERS": [{"NAME": "theirs", "RUN": "theirs.sh"}])"));
+    addText("theirs.sh", "#!/bin/sh\ntouch " + path("ran") + "\n");
+    fs::permissions(path("theirs.sh"), fs::perms::owner_all);
+    const Ran ran = brume("chart own.fs -o charts --size 64x48 --backend osmesa");
+    EXPECT_FALSE(fs::exists(path("ran")));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+}
+
+TEST_F(Strangers, pagesHoldNoScriptsAndTablesNoFormulas) {
+    addEffect("=1+1<script>.fs", "<script>alert(1)</script>", charted("=HYPERLINK(1)<script>", ""));
+    const Ran ran = brume("chart './=1+1<script>.fs' -o charts --size 64x48 --backend osmesa");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    int pages = 0, tables = 0;
+    for (const auto& file : fs::recursive_directory_iterator(path("charts"))) {
+        const std::string ending = file.path().extension().string(), bytes = bytesOf(file.path().string());
+        pages += ending == ".html";
+        tables += ending == ".csv";
+        if (ending == ".html" || ending == ".svg") {
+            EXPECT_THAT(bytes, Not(HasSubstr("<script"))) << file.path();
+        }
+        if (ending != ".csv") continue;
+        EXPECT_THAT(bytes, HasSubstr("'=1+1<script>"));
+        EXPECT_THAT("\n" + bytes, Not(testing::ContainsRegex("[\n,\"]=")));
+    }
+    EXPECT_GT(pages, 0);
+    EXPECT_GT(tables, 0);
+}
+
+TEST_F(Strangers, noFileOfARunFollowsALink) {
+    for (int k = 0; k < 20; ++k) addFrame("in/" + std::to_string(k) + ".exr", {8, 6});
+    fs::create_directories(path("out"));
+    addText("precious", "keep me");
+    for (const char* name :
+         {"out/contact_sheet.png", "out/report.json", "out/0.exr", "out/0.transmittance.exr"})
+        fs::create_symlink("../precious", path(name));
+    const Ran ran = brume("apply depth_fog in -o out --keep transmittance --report out/report.json");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(bytesOf(path("precious")), "keep me");
+    for (const auto& file : fs::directory_iterator(path("out")))
+        EXPECT_FALSE(file.is_symlink()) << file.path();
+}
+
+TEST_F(Strangers, namesInSidecarsAreImagesThatEnd) {
+    addFrame("a.exr");
+    ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
+    for (const char* name : {"/dev/zero", "/dev/stdin", "fifo", ".", "/etc/passwd", "a.json"}) {
+        addText("a.json",
+                std::string(R"({"lights": [{"position": [0, 1, 0], "shadow_map": ")") + name + R"("}]})");
+        const Ran ran = brume("apply volume_fog a.exr -o a.png");
+        EXPECT_EQ(ran.status, 3) << name << ran.err;
+        EXPECT_THAT(ran.err, Not(HasSubstr("root:"))) << "what a file holds is not told";
+    }
+    std::string lights, name = "a.exr";  // one file by many names
+    for (int k = 0; k < 300; ++k) lights += R"({"shadow_map": ")" + (name = "./" + name) + "\"}, ";
+    addText("a.json", R"({"lights": [)" + lights + "{}]}");
+    expectError("apply depth_fog a.exr -o a.png", 3, "more than 256 light maps");
+    expectError("apply depth_fog a.exr -o a.png --max-pixels 200000", 3, "more than the limit of");
+    addText("a.json", "{}");
+    for (const char* name : {"b.depth.png", "b.json"}) {
+        fs::copy(path("a.exr"), path("b.exr"), fs::copy_options::overwrite_existing);
+        fs::create_symlink("/dev/zero", path(name));
+        EXPECT_EQ(brume("apply depth_fog b.exr -o b.png").status, name == std::string("b.json") ? 3 : 0);
+        fs::remove(path(name));
+    }
+}
+
+TEST_F(Strangers, includesAreFilesThatEnd) {
+    addFrame("a.exr");
+    ASSERT_EQ(mkfifo(path("fifo.glsl").c_str(), 0600), 0);
+    fs::create_symlink("/dev/zero", path("zero.glsl"));
+    for (const char* name : {"fifo.glsl", "zero.glsl", "/dev/zero"}) {
+        addText("i.fs",
+                std::string("/*{\"SPACE\": \"linear\", \"INPUTS\": [{\"NAME\": \"inputImage\", \"TYPE\": "
+                            "\"image\"}]}*/\n#include \"") +
+                    name + "\"\nvoid main() {}");
+        const Ran ran = brume("apply i.fs a.exr -o a.png --backend osmesa");
+        EXPECT_EQ(ran.status, 2) << ran.err;
+        EXPECT_THAT(ran.err, HasSubstr("i.fs:2"));
+    }
+}
+
+TEST_F(Strangers, whatMemoryCannotHoldIsRefusedBeforehand) {
+    // Headers of images within the limits (here: raised ones) that no machine holds decoded.
+    addText("huge.png", std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\x0f\0\0\0\x0f\0\0\x08\0\0\0\0", 29));
+    fs::resize_file(path("huge.png"), size_t(1) << 31);  // a hole
+    expectError("apply depth_fog huge.png -o a.png --max-pixels 1e12", 3, "more than this machine has");
+    addFrame("a.exr");
+    std::string passes;
+    for (int k = 0; k < 250; ++k)
+        passes +=
+            "{\"TARGET\": \"t" + std::to_string(k) + "\", \"WIDTH\": \"16384\", \"HEIGHT\": \"16384\"}, ";
+    addEffect("wide.fs", "", ", \"PASSES\": [" + passes + "{}]");
+    expectError("apply wide.fs a.exr -o a.png --backend osmesa", 2, "more than this machine has");
+}
+
+}  // namespace
+}  // namespace brume::test
