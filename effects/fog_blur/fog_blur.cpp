@@ -46,10 +46,6 @@ std::vector<Level> ladderOf(const FogBlur& p, const DeriveContext& c) {
     return fog_blur::ladderOf(largestOf(p, c), c.size.width, c.size.height);
 }
 std::vector<double> largestSigma(const FogBlur& p, const DeriveContext& c) { return {largestOf(p, c)}; }
-std::vector<double> firstVariance(const FogBlur& p, const DeriveContext& c) {
-    double sigma = ladderOf(p, c)[0].sigma;
-    return {sigma * sigma};
-}
 std::vector<double> levelCount(const FogBlur& p, const DeriveContext& c) {
     return {double(ladderOf(p, c).size())};
 }
@@ -151,7 +147,7 @@ fog_blur::Ladder ladderOf(const FogBlur& p, const CpuContext& c) {
         ladder.levels.push_back(level);
     }
     ladder.nodeWeights = c.derived("nodeWeights");
-    ladder.firstVariance = c.derived("firstVariance")[0];
+    ladder.largest = c.derived("largestSigma")[0];
     ladder.keepEdges = p.edges == keep;
     return ladder;
 }
@@ -225,16 +221,12 @@ BRUME_VECTORISE void finishRow(bool isSingle, const float* foggy, const float* c
 void run(const FogBlur& p, const CpuContext& c) {
     cv::Mat out = c.output;
     const cv::Mat &transmittance = c.image("transmittance"), &clear = c.image("clear");
-    blur::Scratch sigmas(out.total());
+    blur::Scratch sigmas(out.total() + fog_blur::spreadMargin);
     fog_blur::Source source{p.order == single ? clear : c.input, cv::Mat(out.size(), CV_32F, sigmas.data())};
     float largest = c.derived("largestSigma")[0];
-    auto sigmaOf = [&](int y, float* sigma) {
-        constexpr int stretch = 256;  // px that stay in the first cache between looking and working at them
-        for (int x = 0; x < out.cols; x += stretch) {
-            const float* through = transmittance.ptr<float>(y) + 4 * x;
-            const int count = std::min(stretch, out.cols - x);
-            sigmaRow(p, largest, through, blur::allFinite(through, 4 * count), sigma + x, count);
-        }
+    auto sigmaOf = [&](int y, int x, int count, float* sigma) {
+        const float* through = transmittance.ptr<float>(y) + 4 * x;
+        sigmaRow(p, largest, through, blur::allFinite(through, 4 * count), sigma, count);
     };
     auto finish = [&](int y, int x, int count, float* row) {
         finishRow(p.order == single, c.input.ptr<float>(y) + 4 * x, clear.ptr<float>(y) + 4 * x,
@@ -242,12 +234,12 @@ void run(const FogBlur& p, const CpuContext& c) {
     };
     if (p.method == ladderMethod) {
         const fog_blur::Ladder ladder = ladderOf(p, c);
-        const auto needed = fog_blur::findNeeded(source, ladder, sigmaOf);
+        const auto cells = fog_blur::findCells(source, ladder, sigmaOf);
         fog_blur::Room room;
-        const auto small = fog_blur::smallLevels(source, ladder.levels, needed, ladder.keepEdges, room);
-        return fog_blur::ladderBlur(source, ladder, small, out, c.outputIsStreamed, finish);
+        const auto small = fog_blur::smallLevels(source, ladder.levels, cells, ladder.keepEdges, room);
+        return fog_blur::ladderBlur(source, ladder, cells, small, out, c.outputIsStreamed, finish);
     }
-    for (int y = 0; y < out.rows; y++) sigmaOf(y, source.sigma.ptr<float>(y));
+    for (int y = 0; y < out.rows; y++) sigmaOf(y, 0, out.cols, source.sigma.ptr<float>(y));
     gather(p, source, out);
     for (int y = 0; y < out.rows; y++) finish(y, 0, out.cols, out.ptr<float>(y));
 }
@@ -367,7 +359,6 @@ BRUME_PLUGIN(EffectOf<FogBlur>()
                  .bind("edges", &FogBlur::edges)
                  .bind("method", &FogBlur::method)
                  .derive("largestSigma", largestSigma)
-                 .derive("firstVariance", firstVariance)
                  .derive("levelCount", levelCount)
                  .derive("levels", levels)
                  .derive("levelTables", levelTables)

@@ -25,7 +25,6 @@
   ],
   "DERIVED": [
     {"NAME": "largestSigma", "TYPE": "float", "FROM": ["radius", "size"]},
-    {"NAME": "firstVariance", "TYPE": "float", "FROM": ["radius", "size"]},
     {"NAME": "levelCount", "TYPE": "int", "FROM": ["radius", "size"]},
     {"NAME": "levels", "TYPE": "vec4 array", "SIZE": "$levelCount", "FROM": ["radius", "size"]},
     {"NAME": "levelTables", "TYPE": "vec4 array", "SIZE": "$levelCount", "FROM": ["radius", "size"]},
@@ -36,7 +35,7 @@
     {"NAME": "prefilters", "TYPE": "array", "SIZE": "$prefilterCount", "FROM": ["radius", "size"]},
     {"NAME": "phaseCount", "TYPE": "int", "FROM": ["radius", "size"]},
     {"NAME": "phases", "TYPE": "array", "SIZE": "6 * $phaseCount", "FROM": ["radius", "size"]},
-    {"NAME": "nodeWeights", "TYPE": "vec4 array", "SIZE": "17 * ($levelCount - 1)", "FROM": ["radius", "size"]}
+    {"NAME": "nodeWeights", "TYPE": "vec4 array", "SIZE": "17 * ($levelCount - 1) + 1", "FROM": ["radius", "size"]}
   ],
   "PASSES": [
     {"TARGET": "sharp"},
@@ -158,7 +157,7 @@ vec4 enlargedLevel(int l, ivec2 p) {
 
 // 4. Between four levels of the ladder: variances double from level to level, so the exponent of the variance says which.
 vec4 ladder(ivec2 p, vec4 self) {
-    float x = self.a * self.a / firstVariance;
+    float strength = self.a > 0.0 ? self.a / largestSigma : 0.0, x = strength * strength * float(1 << (levelCount - 2));
     int interval = 0;
     float place = x;
     if (x >= 1.0) {
@@ -168,7 +167,7 @@ vec4 ladder(ivec2 p, vec4 self) {
         if ((bits >> 23) - 126 > levelCount - 2) place = 1.0;
     }
     float sampled = place * 16.0;
-    int below = min(int(sampled), 15);
+    int below = int(sampled);
     vec4 a = nodeWeights[17 * interval + below], b = nodeWeights[17 * interval + below + 1];
     vec4 weights = a + (sampled - float(below)) * (b - a);
     int first = clamp(interval - 1, 0, max(0, levelCount - 3));

@@ -3,7 +3,6 @@
 // some pixel of it lies between them.
 #pragma once
 
-#include <bit>
 #include <opencv2/core.hpp>
 #include <span>
 #include <vector>
@@ -13,49 +12,56 @@
 
 namespace fog_blur {
 
-struct Ladder {
-    std::vector<LadderLevel> levels;
-    std::span<const float> nodeWeights;
-    float firstVariance = 0;
-    bool keepEdges = true;
-};
+/// Pixels across a tile, and rows of it that are made together: a cell.
+constexpr int tileWidth = cellWidth, madeRows = cellHeight;
+static_assert(madeRows == blur::acrossRows);
 
-/// Pixels across a tile, and rows of it that are made together.
-constexpr int tileWidth = 128, madeRows = blur::acrossRows;
-
-// Between which levels pixels lie: the first of four, where in nodeWeights to look, and how far on to the
-// next entry.
-struct Places {
-    int first[tileWidth], entry[tileWidth];
-    float share[tileWidth];
-};
-BRUME_VECTORISE static void placesOf(Places& places, float firstVariance, int levelCount, const float* sigmas,
-                                     int count) {
-    const int lastInterval = levelCount - 2, lastFirst = std::max(0, levelCount - 3);
-    for (int i = 0; i < count; i++) {
-        const float x = sigmas[i] * sigmas[i] / firstVariance;
-        const int bits = std::bit_cast<int>(x), octave = (bits >> 23) - 126;
-        const float within = std::bit_cast<float>((bits & 0x007fffff) | 0x3f800000) - 1.0f;
-        const int interval = x >= 1.0f ? std::min(octave, lastInterval) : 0;
-        const float place = x >= 1.0f ? (octave > lastInterval ? 1.0f : within) : x, sampled = place * 16.0f;
-        const int below = std::min(int(sampled), 15);
-        places.first[i] = std::min(std::max(interval - 1, 0), lastFirst);
-        places.entry[i] = 17 * interval + below;
-        places.share[i] = sampled - float(below);
-    }
+// The weighted sum of four nodes for each pixel; nodes[0] is the sharp picture. Every pixel's four weights
+// lie beside each other, as its four channels do.
+template <class Pixels>
+BRUME_INLINE typename Pixels::Vector sumOfNodes(typename Pixels::Vector weights, const float* const* node,
+                                                int i) {
+    typedef typename Pixels::Vector Vector;
+    auto at = [&](int k) { return *(const Vector*)(node[k] + 4 * i); };
+    auto weight = [&](auto k) {
+        constexpr int n = k;
+        if constexpr (sizeof(Vector) == sizeof(Four))
+            return __builtin_shufflevector(weights, weights, n, n, n, n, 4 + n, 4 + n, 4 + n, 4 + n, 8 + n,
+                                           8 + n, 8 + n, 8 + n, 12 + n, 12 + n, 12 + n, 12 + n);
+        else
+            return __builtin_shufflevector(weights, weights, n, n, n, n);
+    };
+    using std::integral_constant;
+    return ((weight(integral_constant<int, 0>()) * at(0) + weight(integral_constant<int, 1>()) * at(1)) +
+            weight(integral_constant<int, 2>()) * at(2)) +
+           weight(integral_constant<int, 3>()) * at(3);
 }
-
-// The weighted sum of four nodes for each pixel; nodes[0] is the sharp picture.
 BRUME_VECTORISE static void mix(float* out, const Places& places, const float* nodeWeights,
                                 const float* const* nodes, int count) {
-    for (int i = 0; i < count; i++) {
-        const One* entry = (const One*)nodeWeights + places.entry[i];
-        const One weights = entry[0] + places.share[i] * (entry[1] - entry[0]);
-        const float* const* node = nodes + places.first[i];
-        auto at = [&](int k) { return *(const One*)(node[k] + 4 * i); };
-        *(One*)(out + 4 * i) =
-            ((weights[0] * at(0) + weights[1] * at(1)) + weights[2] * at(2)) + weights[3] * at(3);
+    auto rowAt = [&](int i, int next) { return *(const One*)(nodeWeights + 4 * (places.entry[i] + next)); };
+    auto fourRows = [&](int i, int next) {
+        const blur::Two a = __builtin_shufflevector(rowAt(i, next), rowAt(i + 1, next), 0, 1, 2, 3, 4, 5, 6,
+                                                    7),
+                        b = __builtin_shufflevector(rowAt(i + 2, next), rowAt(i + 3, next), 0, 1, 2, 3, 4, 5,
+                                                    6, 7);
+        return (Four)__builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    };
+    int i = 0;
+    auto mixOne = [&](int at) {
+        const One below = rowAt(at, 0), weights = below + places.share[at] * (rowAt(at, 1) - below);
+        *(One*)(out + 4 * at) = sumOfNodes<blur::Ones>(weights, nodes + places.first[at], at);
+    };
+    for (; i + 4 <= count; i += 4) {
+        const int first = places.first[i];
+        if (places.first[i + 1] == first && places.first[i + 2] == first && places.first[i + 3] == first) {
+            const Four below = fourRows(i, 0),
+                       weights = below + spread(places.share + i) * (fourRows(i, 1) - below);
+            *(Four*)(out + 4 * i) = sumOfNodes<blur::Fours>(weights, nodes + first, i);
+        } else {
+            for (int k = 0; k < 4; k++) mixOne(i + k);
+        }
     }
+    for (; i < count; i++) mixOne(i);
 }
 
 // Divides by the weight; where hardly any is left, the pixel itself makes up for it.
@@ -78,32 +84,6 @@ BRUME_VECTORISE static void divide(float* out, const float* sharp, int count) {
     }
 }
 
-// Of standard deviations, which compare as their bits do: the least above 0, and the largest.
-struct Extremes {
-    int least = 0x7f800000, most = 0;
-};
-BRUME_VECTORISE static void extend(Extremes& extremes, const float* sigmas, int count) {
-    int least = extremes.least, most = extremes.most;
-    for (int i = 0; i < count; i++) {
-        const int bits = std::bit_cast<int>(sigmas[i]);
-        most = std::max(most, bits);
-        least = std::min(least, bits > 0 ? bits : 0x7f800000);
-    }
-    extremes = {least, most};
-}
-/// The lowest and the highest level that such pixels lie between, of those after the sharp picture; none:
-/// high < low.
-struct Nodes {
-    int low = 1, high = 0;
-};
-inline Nodes nodesOf(const Extremes& extremes, float firstVariance, int levelCount) {
-    if (extremes.most == 0) return {};
-    const float sigmas[2] = {std::bit_cast<float>(extremes.least), std::bit_cast<float>(extremes.most)};
-    Places places;
-    placesOf(places, firstVariance, levelCount, sigmas, 2);
-    return {std::max(places.first[0], 1), std::min(places.first[1] + 3, levelCount)};
-}
-
 // The rows round those being made, `margin` pixels wider than the tile on each side.
 class SharpRows {
   public:
@@ -114,11 +94,15 @@ class SharpRows {
           lines_(2 * margin + madeRows),
           colors_(size_t(lines_) * 4 * wide_),
           sigmas_(size_t(lines_) * wide_ + 3) {}
-    void begin(int y0, int x0, int count) { done_ = std::max(0, y0 - margin_), x0_ = x0, count_ = count; }
-    void advance(int y) {
-        for (; done_ <= std::min(y + madeRows - 1 + margin_, source_.color.rows - 1); done_++)
+    void begin(int x0, int count) { from_ = done_ = 0, x0_ = x0, count_ = count; }
+    // Makes rows y to y + madeRows - 1, with those that lie `around` above and below; y rises.
+    void advance(int y, int around) {
+        const int first = std::max(0, y - around);
+        if (first < from_ || first > done_) from_ = done_ = first;
+        for (; done_ <= std::min(y + madeRows - 1 + around, source_.color.rows - 1); done_++)
             sharpReplicated(slot(colors_, 4, done_), slot(sigmas_, 1, done_), source_, done_, x0_ - margin_,
                             count_ + 2 * margin_, madeRows);
+        from_ = std::max(from_, done_ - lines_);
     }
     // From `before` pixels left of the tile on; before <= margin.
     const float* color(int y, int before) { return slot(colors_, 4, y) + 4 * (margin_ - before); }
@@ -129,7 +113,7 @@ class SharpRows {
         return rows.data() + size_t(y % lines_) * channels * wide_;
     }
     const Source& source_;
-    int margin_, wide_, lines_, done_ = 0, x0_ = 0, count_ = 0;
+    int margin_, wide_, lines_, from_ = 0, done_ = 0, x0_ = 0, count_ = 0;
     blur::Scratch colors_, sigmas_;
 };
 
@@ -143,7 +127,7 @@ class TileLevel {
           taps_(level.factor > 1 ? std::vector<float>{1} : blur::wholeTaps(level.taps)),
           reach_(int(taps_.size()) / 2),
           lines_(2 * reach_ + madeRows),
-          made_(4 * size_t(madeRows) * wide_),
+          made_(4 * size_t(level.factor > 1 ? 1 : madeRows) * wide_),
           ring_(size_t(lines_) * 4 * tileWidth),
           between_(std::max(4 * size_t(tileWidth + 2 * reach_),
                             blur::roomBetween(level.factor, tileWidth + level.factor))),
@@ -152,18 +136,11 @@ class TileLevel {
     }
     int margin() const { return reach_; }
     void begin(int x0, int count) { done_ = 0, x0_ = x0, count_ = count; }
-    // Makes rows y to y + rowCount - 1 of a picture `height` px high; row(k) then points at pixel x0 of one.
-    // y rises, and may leave rows out.
+    bool isSmall() const { return level_->factor > 1; }
+    // Prepares rows y to y + rowCount - 1 of a picture `height` px high. y rises, and may leave rows out.
     void make(SharpRows& sharp, bool keepEdges, int y, int rowCount, int height) {
-        if (level_->factor > 1) {
-            int from = x0_ / level_->factor * level_->factor;
-            before_ = x0_ - from;
-            askForRows(y + rowCount + 2 * level_->factor, from);
-            for (int k = 0; k < rowCount; k++)
-                blur::enlargeRow(small_, level_->factor, level_->up, groups_.data(), y + k, from,
-                                 count_ + before_, between_.data(), made(k));
-            return;
-        }
+        y_ = y;
+        if (isSmall()) return askForRows(y + rowCount + 2 * level_->factor);
         const int taps = int(taps_.size());
         done_ = std::max(done_, y - reach_);
         for (; done_ <= std::min(y + rowCount - 1 + reach_, height - 1); done_++) {
@@ -179,12 +156,19 @@ class TileLevel {
         for (int k = 0; k < rowCount; k++) to[k] = made(k);
         blur::firAcross(to, rowCount, rows_.data(), taps_.data(), taps, 4 * count_);
     }
-    const float* row(int k) const { return made(k) + 4 * before_; }
+    // Row y + k from pixel x0 on, until the next call.
+    const float* row(int k) {
+        if (!isSmall()) return made(k);
+        const int from = x0_ / level_->factor * level_->factor, before = x0_ - from;
+        blur::enlargeRow(small_, level_->factor, level_->up, groups_.data(), y_ + k, from, count_ + before,
+                         between_.data(), made(0));
+        return made(0) + 4 * before;
+    }
 
   private:
     // The small rows that rows y to y + madeRows - 1 take first.
-    void askForRows(int y, int from) const {
-        const int factor = level_->factor, x = from / factor + blur::smallMargin - 2;
+    void askForRows(int y) const {
+        const int factor = level_->factor, x = x0_ / factor + blur::smallMargin - 2;
         for (int j = (y + factor - 1) / factor; j * factor < y + madeRows; j++) {
             if (j + blur::smallMargin + 1 >= small_.rows) break;
             const float* row = small_.ptr<float>(j + blur::smallMargin + 1) + 4 * x;
@@ -198,7 +182,7 @@ class TileLevel {
     cv::Mat small_;
     int wide_;
     std::vector<float> taps_;
-    int reach_, lines_, done_ = 0, x0_ = 0, count_ = 0, before_ = 0;
+    int reach_, lines_, done_ = 0, x0_ = 0, y_ = 0, count_ = 0;
     blur::Scratch made_, ring_, between_;
     std::vector<float> groups_;
     std::vector<const float*> rows_;
@@ -212,35 +196,37 @@ class Tile {
         for (size_t l = 0; l < ladder.levels.size(); l++) levels_.emplace_back(ladder.levels[l], small[l]);
         nodes_.resize(levels_.size() + 2);
     }
-    void begin(int y0, int x0, int count) {
+    void begin(int x0, int count) {
         count_ = count;
-        sharp_.begin(y0, x0, count);
+        sharp_.begin(x0, count);
         for (TileLevel& level : levels_) level.begin(x0, count);
     }
     /// Calls put(k, row) with each blurred row y + k.
     template <class Put>
-    void make(int y, int rowCount, int height, Put put) {
+    void make(int y, int rowCount, int height, const Nodes& needed, const Extremes& extremes, Put put) {
         const int levelCount = int(levels_.size());
-        sharp_.advance(y);
-        Extremes extremes;
-        for (int k = 0; k < rowCount; k++) extend(extremes, sharp_.sigma(y + k, 0), count_);
-        const Nodes needed = nodesOf(extremes, ladder_.firstVariance, levelCount);
+        const bool isSharp = needed.high < needed.low,
+                   isLevel = needed.low == needed.high && extremes.isEven();
+        int around = 0;
+        for (int node = needed.low; node <= needed.high; node++)
+            around = std::max(around, levels_[node - 1].margin());
+        sharp_.advance(y, around);
         for (int node = needed.low; node <= needed.high; node++)
             levels_[node - 1].make(sharp_, ladder_.keepEdges, y, rowCount, height);
         for (int k = 0; k < rowCount; k++) {
             float* row = mixed_.data();
             const float* self = sharp_.color(y + k, 0);
-            if (needed.high < needed.low) {
-                std::copy_n(self, 4 * count_, row);
+            if (isSharp || isLevel) {
+                std::copy_n(isSharp ? self : levels_[needed.low - 1].row(k), 4 * count_, row);
             } else {
                 // The sharp row in place of nodes that no pixel needs.
                 for (const float*& node : nodes_) node = self;
                 for (int node = needed.low; node <= needed.high; node++)
                     nodes_[node] = levels_[node - 1].row(k);
-                placesOf(places_, ladder_.firstVariance, levelCount, sharp_.sigma(y + k, 0), count_);
+                placesOf(places_, ladder_.largest, levelCount, sharp_.sigma(y + k, 0), count_);
                 mix(row, places_, ladder_.nodeWeights.data(), nodes_.data(), count_);
-                if (ladder_.keepEdges) divide(row, self, count_);
             }
+            if (!isSharp && ladder_.keepEdges) divide(row, self, count_);
             put(k, row);
         }
     }
@@ -261,55 +247,30 @@ class Tile {
     Places places_;
 };
 
-/// By level, the rows that have pixels between it and its neighbours. `sigmaOf(y, row)` fills a row of the
-/// source's standard deviations first.
-template <class SigmaOf>
-std::vector<RowRange> findNeeded(Source& source, const Ladder& ladder, SigmaOf sigmaOf) {
-    const int width = source.sigma.cols, height = source.sigma.rows, levelCount = int(ladder.levels.size());
-    std::vector<Nodes> nodes(height);
-    cv::parallel_for_(
-        cv::Range(0, height),
-        [&](const cv::Range& range) {
-            for (int y = range.start; y < range.end; y++) {
-                float* sigma = source.sigma.ptr<float>(y);
-                Extremes extremes;
-                sigmaOf(y, sigma);
-                extend(extremes, sigma, width);
-                nodes[y] = nodesOf(extremes, ladder.firstVariance, levelCount);
-            }
-        },
-        4 * cv::getNumThreads());
-    std::vector<RowRange> needed(levelCount);
-    for (int y = 0; y < height; y++)
-        for (int node = nodes[y].low; node <= nodes[y].high; node++) {
-            RowRange& rows = needed[node - 1];
-            if (rows.end == 0) rows.first = y;
-            rows.end = y + 1;
-        }
-    return needed;
-}
-
 /// The blurred picture; `finish(y, x0, count, row)` sees each stretch of it before it is written, the fourth
 /// channel meaning nothing until then.
 template <class Finish>
-void ladderBlur(const Source& source, const Ladder& ladder, std::span<const cv::Mat> small, cv::Mat& out,
-                bool streams, Finish finish) {
-    const int width = out.cols, height = out.rows;
-    const int tiles = (width + tileWidth - 1) / tileWidth, bands = std::clamp(height / 270, 1, 8);
+void ladderBlur(const Source& source, const Ladder& ladder, const Cells& cells,
+                std::span<const cv::Mat> small, cv::Mat& out, bool streams, Finish finish) {
+    const int width = out.cols, height = out.rows, tiles = cells.columns,
+              bands = std::clamp(height / 270, 1, 8);
     cv::parallel_for_(
         cv::Range(0, bands * tiles),
         [&](const cv::Range& range) {
             Tile tile(source, ladder, small);
             for (int n = range.start; n < range.end; n++) {
-                const int y0 = int(int64_t(height) * (n / tiles) / bands),
-                          y1 = int(int64_t(height) * (n / tiles + 1) / bands), x0 = n % tiles * tileWidth,
+                const int band = n / tiles, column = n % tiles, x0 = column * tileWidth,
                           count = std::min(tileWidth, width - x0);
-                tile.begin(y0, x0, count);
-                for (int y = y0; y < y1; y += madeRows)
-                    tile.make(y, std::min(madeRows, y1 - y), height, [&](int k, float* row) {
-                        finish(y + k, x0, count, row);
-                        brume::putRow(out.ptr<float>(y + k) + 4 * x0, row, 4 * size_t(count), streams);
-                    });
+                tile.begin(x0, count);
+                for (int cell = cells.rows * band / bands; cell < cells.rows * (band + 1) / bands; cell++) {
+                    const int y = cell * madeRows;
+                    tile.make(y, std::min(madeRows, height - y), height, cells.nodes[cells.at(column, cell)],
+                              cells.extremes[cells.at(column, cell)], [&](int k, float* row) {
+                                  finish(y + k, x0, count, row);
+                                  brume::putRow(out.ptr<float>(y + k) + 4 * x0, row, 4 * size_t(count),
+                                                streams);
+                              });
+                }
             }
             if (streams) brume::streamEnd();
         },

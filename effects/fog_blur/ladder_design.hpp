@@ -102,7 +102,8 @@ inline std::vector<double> nodeWeights(const std::vector<double>& sigmas, double
     return weights;
 }
 
-/// [interval][sample][4], sample s at (s/16) of the interval's variance.
+/// [interval][sample][4], sample s at (s/16) of the interval's variance; and one more row to look at beyond
+/// the last. At a level itself the weights are that level alone, exactly.
 inline std::vector<double> ladderWeights(const std::vector<Level>& levels) {
     const int count = int(levels.size());
     std::vector<double> table;
@@ -113,11 +114,17 @@ inline std::vector<double> ladderWeights(const std::vector<Level>& levels) {
             sigmas.push_back(node == 0 ? 0 : levels[node - 1].sigma);
         double low = interval == 0 ? 0 : levels[interval - 1].sigma, high = levels[interval].sigma;
         for (int s = 0; s < samplesPerInterval; s++) {
+            const bool isLevel = s == 0 || s == samplesPerInterval - 1;
             double variance = low * low + (high * high - low * low) * s / (samplesPerInterval - 1);
-            auto weights = variance > 0 ? nodeWeights(sigmas, variance) : std::vector<double>{1, 0, 0, 0};
+            std::vector<double> weights(4, 0);
+            if (isLevel)
+                weights[interval + (s > 0) - first] = 1;
+            else
+                weights = nodeWeights(sigmas, variance);
             table.insert(table.end(), weights.begin(), weights.end());
         }
     }
+    table.insert(table.end(), 4, 0.);
     return table;
 }
 

@@ -33,6 +33,14 @@ BRUME_VECTORISE static void sharpen(float* out, const float* color, int count) {
     }
 }
 
+// Each pixel's four channels times a number of its own; reads spreadMargin numbers more.
+BRUME_VECTORISE static void multiply(float* out, const float* sharp, const float* weights, int count) {
+    int i = 0;
+    for (; i + 4 <= count; i += 4)
+        *(Four*)(out + 4 * i) = *(const Four*)(sharp + 4 * i) * spread(weights + i);
+    for (; i < count; i++) *(One*)(out + 4 * i) = *(const One*)(sharp + 4 * i) * weights[i];
+}
+
 // What a blur of `sigma` takes of sharp pixels: colour times weight, and the weight. count <= widestWeighed.
 constexpr int widestWeighed = 256;
 BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* sigmas, float sigma,
@@ -40,10 +48,7 @@ BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* s
     const float inverse = 1.0f / sigma;
     float weights[widestWeighed + spreadMargin];
     for (int i = 0; i < count; i++) weights[i] = std::min(sigmas[i] * inverse, 1.0f);
-    int i = 0;
-    for (; i + 4 <= count; i += 4)
-        *(Four*)(out + 4 * i) = *(const Four*)(sharp + 4 * i) * spread(weights + i);
-    for (; i < count; i++) *(One*)(out + 4 * i) = *(const One*)(sharp + 4 * i) * weights[i];
+    multiply(out, sharp, weights, count);
 }
 
 // A row's sharp pixels and their standard deviations from column `first` on, beyond the edges replicated;

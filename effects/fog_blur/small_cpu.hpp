@@ -5,16 +5,9 @@
 #include <vector>
 
 #include "common/decimated.hpp"
-#include "fog_blur/sharp_cpu.hpp"
+#include "fog_blur/cells_cpu.hpp"
 
 namespace fog_blur {
-
-/// The numbers of DERIVED, one entry a level; see fog_blur.fs.
-struct LadderLevel {
-    float sigma = 0;
-    int factor = 1;
-    std::span<const float> taps, prefilter, up;
-};
 
 /// Memory that small images of one picture take in turn.
 class Room {
@@ -28,42 +21,95 @@ class Room {
     std::vector<blur::Scratch> memory_;
 };
 
-/// Rows of the picture; none: end <= first.
-struct RowRange {
-    int first = 0, end = 0;
-};
-
 // One decimated level in the making. The one above the largest blur weighs pixels as that does, but for a
 // scale: they share a small image.
 struct SmallLevel {
     const LadderLevel* level;
     blur::SmallImage image;
-    int from = 0, end = 0;  // small rows that are made
+    int from = 0, end = 0;     // small rows that are made
+    std::vector<char> wanted;  // by cell: whether pixels that are needed take something of it
 };
 
-// The small rows that rows `needed` are enlarged from, and what their FIR takes besides.
-inline void chooseRows(SmallLevel& small, RowRange needed, int reach) {
+// The small rows that the marked cells are enlarged from, with what their FIR of `reach` takes besides; and
+// which cells these are decimated from. What is added of others has no meaning.
+inline void choose(SmallLevel& small, const std::vector<char>& marks, const Cells& cells, int reach,
+                   int height) {
     const int factor = small.level->factor;
-    small.from = std::max(0, needed.first / factor + blur::smallMargin - 2 - reach);
-    small.end = std::min(small.image.rows(), (needed.end - 1) / factor + blur::smallMargin + 4 + reach);
+    auto isMarked = [&](int row) {
+        auto begin = marks.begin() + ptrdiff_t(cells.at(0, row));
+        return std::find(begin, begin + cells.columns, char(true)) != begin + cells.columns;
+    };
+    int first = 0, last = cells.rows - 1;
+    while (!isMarked(first)) first++;
+    while (!isMarked(last)) last--;
+    const int end = std::min(cellHeight * (last + 1), height);
+    small.from = std::max(0, cellHeight * first / factor + blur::smallMargin - 2 - reach);
+    small.end = std::min(small.image.rows(), (end - 1) / factor + blur::smallMargin + 4 + reach);
+    const int distance = (reach + 4) * factor + prefilterReach(factor);
+    small.wanted =
+        grown(marks, cells, (distance + cellWidth - 1) / cellWidth, (distance + cellHeight - 1) / cellHeight);
 }
 
+// One cell's rows, and what levels take of them: each is computed once, when first asked for.
+class CellRows {
+  public:
+    using Rows = const float* const*;
+    explicit CellRows(const Source& source)
+        : source_(source), memory_(size_t(3) * cellHeight * 4 * cellWidth) {
+        for (int kind = 0; kind < 3; kind++)
+            for (int k = 0; k < cellHeight; k++)
+                rows_[kind][k] = memory_.data() + size_t(kind * cellHeight + k) * 4 * cellWidth;
+    }
+    // Meanwhile the cell to the right is asked for.
+    void begin(int x, int y, int count) {
+        count_ = count, hasProduct_ = false;
+        for (int k = 0; k < cellHeight; k++) {
+            const int row = std::min(y + k, source_.color.rows - 1);
+            const float* color = source_.color.ptr<float>(row) + 4 * x;
+            for (int i = 0; i < 4 * cellWidth; i += 16) __builtin_prefetch(color + 4 * cellWidth + i);
+            sharpen(rows_[sharp][k], color, count);
+            sigmas_[k] = source_.sigma.ptr<float>(row) + x;
+        }
+    }
+    Rows plain() const { return rows_[sharp]; }
+    // Colour and 1, times the standard deviation.
+    Rows product() {
+        for (int k = 0; k < cellHeight && !hasProduct_; k++)
+            multiply(rows_[times][k], rows_[sharp][k], sigmas_[k], count_);
+        hasProduct_ = true;
+        return rows_[times];
+    }
+    Rows weighedFor(float sigma) {
+        for (int k = 0; k < cellHeight; k++)
+            weigh(rows_[weighed][k], rows_[sharp][k], sigmas_[k], sigma, count_);
+        return rows_[weighed];
+    }
+
+  private:
+    enum { sharp, times, weighed };
+    const Source& source_;
+    blur::Scratch memory_;
+    float* rows_[3][cellHeight];
+    const float* sigmas_[cellHeight];
+    int count_ = 0;
+    bool hasProduct_ = false;
+};
+
 // Adds the picture to the small images, in one pass.
-inline void decimateAll(const Source& source, std::span<SmallLevel> small, bool keepEdges) {
-    using blur::blockRows;
-    const int width = source.color.cols, height = source.color.rows;
-    constexpr int stretch = 128;  // px of eight rows: sharp and weighed, they fit the first cache
-    const int blocks = (height + blockRows - 1) / blockRows,
+inline void decimateAll(const Source& source, std::span<SmallLevel> small, const Cells& cells,
+                        bool keepEdges) {
+    const int width = source.color.cols, blocks = cells.rows,
               bandCount = std::clamp(blocks / 8, 1, 4 * cv::getNumThreads());
     auto work = [&](const cv::Range& range) {
-        blur::Scratch sharp(size_t(blockRows) * 4 * stretch), weighed(size_t(blockRows) * 4 * stretch);
-        std::vector<std::vector<blur::BlockSum>> sums(small.size());
+        CellRows cell(source);
+        std::vector<std::vector<blur::BlockSum>> sums(small.size()), scaled(small.size());
+        std::vector<size_t> wanting;
         for (int n = range.start; n < range.end; n++) {
             std::vector<blur::SmallImage::Band> bands;
             int from = blocks, to = 0;
             for (auto& s : small) {
                 auto rowAt = [&](int block) {
-                    return std::clamp(block < blocks ? s.image.rowAt(block * blockRows) : s.image.rows(),
+                    return std::clamp(block < blocks ? s.image.rowAt(block * cellHeight) : s.image.rows(),
                                       s.from, s.end);
                 };
                 bands.emplace_back(s.image, rowAt(blocks * n / bandCount),
@@ -73,27 +119,33 @@ inline void decimateAll(const Source& source, std::span<SmallLevel> small, bool 
                 to = std::max(to, bands.back().lastBlock() + 1);
             }
             for (int block = from; block < to; block++) {
-                for (size_t l = 0; l < small.size(); l++) sums[l] = bands[l].sumsOf(block);
-                for (int x = 0; x < width; x += stretch) {
-                    const int count = std::min(stretch, width - x);
-                    const float *sharpRows[blockRows], *weighedRows[blockRows], *sigmas[blockRows];
-                    for (int k = 0; k < blockRows; k++) {
-                        const int y = std::min(block * blockRows + k, height - 1);
-                        const float* color = source.color.ptr<float>(y) + 4 * x;
-                        for (int i = 0; i < 4 * stretch; i += 16) __builtin_prefetch(color + 4 * stretch + i);
-                        float* row = sharp.data() + size_t(k) * 4 * stretch;
-                        sharpen(row, color, count);
-                        sharpRows[k] = row;
-                        sigmas[k] = source.sigma.ptr<float>(y) + x;
-                        weighedRows[k] = keepEdges ? weighed.data() + size_t(k) * 4 * stretch : row;
-                    }
-                    for (size_t l = 0; l < small.size(); l++) {
-                        if (sums[l].empty()) continue;
-                        for (int k = 0; k < blockRows && keepEdges; k++)
-                            weigh(weighed.data() + size_t(k) * 4 * stretch, sharpRows[k], sigmas[k],
-                                  small[l].level->sigma, count);
-                        for (auto& sum : sums[l]) sum.sum += x == 0 ? 0 : 4 * stretch;
-                        blur::addBlocks(sums[l].data(), int(sums[l].size()), weighedRows, 4 * count, false);
+                for (size_t l = 0; l < small.size(); l++) {
+                    sums[l] = scaled[l] = bands[l].sumsOf(block);
+                    for (auto& sum : scaled[l])
+                        for (float& w : sum.weights) w /= small[l].level->sigma;
+                }
+                for (int column = 0; column < cells.columns; column++) {
+                    const int x = column * cellWidth, count = std::min(cellWidth, width - x);
+                    const Extremes& extremes = cells.extremes[cells.at(column, block)];
+                    wanting.clear();
+                    for (size_t l = 0; l < small.size(); l++)
+                        if (!sums[l].empty() && small[l].wanted[cells.at(column, block)])
+                            wanting.push_back(l);
+                    if (wanting.empty()) continue;
+                    cell.begin(x, block * cellHeight, count);
+                    for (size_t l : wanting) {
+                        const float sigma = small[l].level->sigma;
+                        auto add = [&](std::vector<blur::BlockSum>& to, CellRows::Rows rows) {
+                            for (auto& sum : to) sum.sum += 4 * x;
+                            blur::addBlocks(to.data(), int(to.size()), rows, 4 * count, false);
+                            for (auto& sum : to) sum.sum -= 4 * x;
+                        };
+                        if (!keepEdges || extremes.least >= sigma)
+                            add(sums[l], cell.plain());
+                        else if (extremes.most <= sigma)
+                            add(scaled[l], cell.product());
+                        else
+                            add(sums[l], cell.weighedFor(sigma));
                     }
                 }
                 for (auto& band : bands) band.finish(block);
@@ -103,26 +155,30 @@ inline void decimateAll(const Source& source, std::span<SmallLevel> small, bool 
     cv::parallel_for_(cv::Range(0, bandCount), work, bandCount);
 }
 
-/// The levels that are decimated by more than one, blurred; empty for the others, and without meaning in rows
-/// that rows `needed` of the picture, one range a level, do not take. The last level weighs pixels as the one
-/// before, of which none is beyond; its factor is the same.
+/// The levels that are decimated by more than one, blurred; empty for the others, and without meaning where
+/// no cell needs them. The last level weighs pixels as the one before, of which none is beyond; its factor is
+/// the same.
 inline std::vector<cv::Mat> smallLevels(const Source& source, std::span<const LadderLevel> levels,
-                                        std::span<const RowRange> needed, bool keepEdges, Room& room) {
+                                        const Cells& cells, bool keepEdges, Room& room) {
     const int width = source.color.cols, height = source.color.rows, last = int(levels.size()) - 1;
-    auto isMade = [&](int l) { return levels[l].factor > 1 && needed[l].first < needed[l].end; };
     auto isTwin = [&](int l) { return l == last && l > 0 && levels[l - 1].factor > 1; };
     std::vector<SmallLevel> small;
     small.reserve(levels.size());
     std::vector<int> imageOf(levels.size(), -1);
     for (int l = 0; l <= last; l++) {
-        if (!isMade(l)) continue;
+        if (levels[l].factor == 1) continue;
+        std::vector<char> marks(cells.nodes.size());
+        std::transform(cells.nodes.begin(), cells.nodes.end(), marks.begin(),
+                       [&](const Nodes& nodes) { return nodes.has(l + 1); });
+        if (std::find(marks.begin(), marks.end(), char(true)) == marks.end()) continue;
         SmallLevel next{&levels[l], {width, height, levels[l].factor, levels[l].prefilter}};
-        chooseRows(next, needed[l], int(levels[l].taps.size()) - 1);
+        choose(next, marks, cells, int(levels[l].taps.size()) - 1, height);
         imageOf[l] = int(small.size());
         if (isTwin(l) && imageOf[l - 1] >= 0) {
             imageOf[l] = imageOf[l - 1];
             SmallLevel& own = small[imageOf[l]];
             own.from = std::min(own.from, next.from), own.end = std::max(own.end, next.end);
+            for (size_t n = 0; n < own.wanted.size(); n++) own.wanted[n] |= next.wanted[n];
             continue;
         }
         if (isTwin(l)) next.level = &levels[l - 1];
@@ -130,11 +186,11 @@ inline std::vector<cv::Mat> smallLevels(const Source& source, std::span<const La
     }
     for (SmallLevel& s : small)
         s.image.setMemory(room.take(blur::SmallImage::wholeSize(width, height, s.level->factor)));
-    if (!small.empty()) decimateAll(source, small, keepEdges);
+    if (!small.empty()) decimateAll(source, small, cells, keepEdges);
 
     std::vector<cv::Mat> blurred(levels.size());
     for (int l = 0; l <= last; l++) {
-        if (!isMade(l)) continue;
+        if (imageOf[l] < 0) continue;
         const SmallLevel& s = small[imageOf[l]];
         std::vector<float> taps(levels[l].taps.begin(), levels[l].taps.end());
         if (isTwin(l) && keepEdges)
