@@ -41,7 +41,8 @@ BRUME_VECTORISE static void placesOf(Places& places, float largest, int levelCou
     const int lastInterval = levelCount - 2, lastFirst = std::max(0, levelCount - 3);
     const float octaves = float(1 << lastInterval);
     for (int i = 0; i < count; i++) {
-        const float strength = sigmas[i] > 0.0f ? sigmas[i] / largest : 0.0f, x = strength * strength * octaves;
+        const float strength = sigmas[i] > 0.0f ? sigmas[i] / largest : 0.0f,
+                    x = strength * strength * octaves;
         const int bits = std::bit_cast<int>(x), octave = (bits >> 23) - 126;
         const float within = std::bit_cast<float>((bits & 0x007fffff) | 0x3f800000) - 1.0f;
         const int interval = x >= 1.0f ? std::min(octave, lastInterval) : 0;

@@ -1,0 +1,166 @@
+// That plans foretell no less than what happens. Random sets seldom come near the tolerance, so that they do
+// not tell a plan that foretells a quarter of the error from one that is right: here each number is asked
+// for.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "cpu/cpu_runner.hpp"
+#include "effect/preset.hpp"
+#include "error.hpp"
+#include "frame/color_encoding.hpp"
+#include "measure/encoded_error.hpp"
+#include "measure/reference.hpp"
+
+using namespace brume;
+
+namespace {
+
+constexpr double tolerance = 1. / 510;
+
+Chain chainOf(const std::string& step) {
+    return parsePreset("{\"effects\": [" + step + "]}", "test", EffectRegistry::standard());
+}
+StepPlan decisionOf(const Chain& chain, const FramePair& frame) {
+    std::vector<StepPlan> decisions;
+    planChain(chain, frame, Backend::Cpu, {}, &decisions);
+    return decisions.at(0);
+}
+
+// Level eyes over even ground, a wall far behind.
+FramePair ground(cv::Size size, double far, double grey) {
+    FramePair frame;
+    frame.name = "ground";
+    frame.camera = Camera::withHorizontalView(size, 70);
+    frame.color = cv::Mat(size, CV_32FC4, cv::Scalar(grey, grey, grey, 1));
+    frame.depth.create(size, CV_32F);
+    for (int j = 0; j < size.height; j++)
+        for (int i = 0; i < size.width; i++) {
+            const cv::Vec3d ray = frame.camera.ray(i, j);
+            frame.depth.at<float>(j, i) = float(std::min(far, ray[1] < 0 ? 1.6 / -ray[1] : far));
+        }
+    return frame;
+}
+
+double worstDifference(const cv::Mat& a, const cv::Mat& b) {
+    double worst = 0;
+    for (int j = 0; j < a.rows; j++)
+        for (int i = 0; i < a.cols; i++)
+            worst = std::max(worst, encodedDifference(a.at<cv::Vec4f>(j, i), b.at<cv::Vec4f>(j, i)) / 255);
+    return worst;
+}
+
+}  // namespace
+
+// One black pixel at the far wall is where fog shows first: bounds are nearly reached there.
+TEST(PlanBounds, FogIsLeftOutWhereItCannotShowAndOnlyThere) {
+    FramePair frame = ground({64, 36}, 300, .5);
+    frame.color.at<cv::Vec4f>(3, 32) = {0, 0, 0, 1};
+    const auto cpu = makeCpuRunner();
+    for (
+        const std::string fog :
+        {R"({"effect": "depth_fog", "measure": "extinction", "extinction": )",
+         R"({"effect": "height_fog", "method": "closed form", "falloff": 0, "density": )",
+         R"({"effect": "noise_fog", "method": "procedural", "steps": 4, "octaves": 1, "low": 1, "high": 1, "density": )",
+         R"({"effect": "volume_fog", "method": "midpoint", "steps": 8, "early_stop": false, "sun_intensity": 0,
+              "ambient": [0.6, 0.65, 0.7], "density": )"}) {
+        int skipped = 0, kept = 0;
+        for (double density = 1e-8; density < 1e-3; density *= 1.3) {
+            const Chain chain = chainOf(text(fog, density, "}"));
+            const double shows = worstDifference(cpu->run(chain, frame, {}).images.at("color"), frame.color);
+            const bool isSkipped = decisionOf(chain, frame).plan.skip;
+            EXPECT_TRUE(!isSkipped || shows <= tolerance)
+                << fog << density << " shows by " << shows / tolerance;
+            EXPECT_TRUE(isSkipped || shows > .7 * tolerance)
+                << fog << density << " would show by " << shows / tolerance;
+            (isSkipped ? skipped : kept)++;
+        }
+        EXPECT_GT(skipped, 5) << fog;
+        EXPECT_GT(kept, 5) << fog;
+    }
+}
+
+// Steps that are given: what they cost in accuracy is foretold, by no less and not by ten times as much.
+TEST(PlanBounds, TheErrorOfGivenStepsIsForetold) {
+    const FramePair frame = ground({48, 27}, 200, .3);
+    const auto cpu = makeCpuRunner();
+    const std::string volume = R"({"effect": "volume_fog", "sun_intensity": 0, "ambient": [0.7, 0.7, 0.7], )";
+    for (
+        const std::string& fog :
+        {volume +
+             R"("method": "midpoint", "density": 0.05, "height_falloff": "exponential", "height_start": 0, "steps": )",
+         volume +
+             R"("method": "left", "density": 0.05, "height_falloff": "exponential", "height_start": 0, "steps": )",
+         volume +
+             R"("method": "midpoint", "density": 0, "boxes": [{"center": [0, 3, -40], "size": [50, 20, 50],
+              "density": 0.1, "edge_falloff": "linear", "height_falloff": "linear", "height_distance": 20}], "steps": )",
+         std::string(
+             R"({"effect": "noise_fog", "where": "along the ray", "method": "procedural", "size": 15, "octaves": 2,
+              "density": 0.01, "steps": )")})
+        for (int steps : {2, 3, 6}) {
+            const Chain chain = chainOf(text(fog, steps, "}"));
+            const cv::Mat image = cpu->run(chain, frame, {}).images.at("color");
+            const auto pixels = sampleGrid(frame.size(), 400).pixels;
+            const auto truth = referenceOfChain(chain, frame, pixels);
+            const double measured = errorStatistics(encodedErrors(image, pixels, truth), pixels).worst / 255,
+                         predicted = decisionOf(chain, frame).plan.predictedError;
+            EXPECT_GT(measured, .5 * tolerance) << "the case says nothing: " << fog << steps;
+            EXPECT_LE(measured, predicted) << fog << steps;
+            EXPECT_GE(measured, .1 * predicted) << fog << steps;
+        }
+}
+
+// Kernels' errors are bounds that an image made for it reaches: bright where the chosen kernel has too much,
+// dark where it has too little. Plans count on half of the bound (`likelihood`), so that image may show twice
+// the tolerance.
+TEST(PlanBounds, ABlursErrorIsAtMostTwiceTheToleranceOnTheWorstImage) {
+    const cv::Size size(97, 97);
+    const cv::Point middle(48, 48);
+    const auto cpu = makeCpuRunner();
+    auto frameOf = [&](const cv::Mat& image) {
+        FramePair frame;
+        frame.color = image;
+        frame.depth = cv::Mat(size, CV_32F, cv::Scalar(10));
+        frame.camera = Camera::withHorizontalView(size, 60);
+        return frame;
+    };
+    for (const char* effect : {"gaussian_blur", "bessel_blur"})
+        for (double radius : {1.5, 2.2, 2.7})
+            for (double range : {.7, 6.}) {
+                // What the plan takes where so much lies beside nothing, in patches of no particular shape.
+                cv::Mat patches(size, CV_32FC4);
+                for (int j = 0; j < size.height; j++)
+                    for (int i = 0; i < size.width; i++)
+                        patches.at<cv::Vec4f>(j, i) =
+                            cv::Vec4f::all((i * 7 + j * 5 + i * j) % 11 < 5 ? float(range) : 0);
+                const std::string step = text("{\"effect\": \"", effect, "\", \"radius\": ", radius,
+                                              ", \"method\": \"fir\", \"tolerance\": \"auto\"}");
+                const Chain chosen = planChain(chainOf(step), frameOf(patches), Backend::Cpu, {});
+                // Its kernel against the true one, which the reference knows.
+                cv::Mat impulse = cv::Mat::zeros(size, CV_32FC4);
+                impulse.at<cv::Vec4f>(middle) = {1, 1, 1, 1};
+                const FramePair lamp = frameOf(impulse);
+                const cv::Mat kernel = cpu->run(chosen, lamp, {}).images.at("color").clone();
+                std::vector<cv::Point> all;
+                for (int j = 0; j < size.height; j++)
+                    for (int i = 0; i < size.width; i++) all.emplace_back(i, j);
+                const auto truth = referenceOfChain(chosen, lamp, all);
+                cv::Mat worst(size, CV_32FC4);
+                for (size_t k = 0; k < all.size(); k++) {
+                    const bool isTooLittle = kernel.at<cv::Vec4f>(all[k])[0] < truth[k].color[0];
+                    worst.at<cv::Vec4f>(all[k]) = cv::Vec4f::all(isTooLittle ? float(range) : 0);
+                }
+                const FramePair frame = frameOf(worst);
+                const std::vector<cv::Point> place = {middle};
+                const double apart =
+                    std::abs(cpu->run(chosen, frame, {}).images.at("color").at<cv::Vec4f>(middle)[0] -
+                             referenceOfChain(chosen, frame, place).at(0).color[0]);
+                // Measured: 1.45 for gaussian_blur, 1.74 for bessel_blur.
+                const double ofUnseen = apart / srgbDecode(tolerance);
+                EXPECT_LE(ofUnseen, 2) << effect << " " << radius << " " << range;
+                if (range > 1) {  // what is unseen, not the largest tolerance, decides
+                    EXPECT_GT(ofUnseen, .5) << effect << " " << radius;
+                }
+            }
+}
