@@ -91,6 +91,7 @@ TEST(DepthEncoding, ClassesNeverMeanNear) {
     EXPECT_EQ(decodeOne(0, parseDepthEncoding("opengl:near=.1,far=100,reversed=true")), INFINITY);
     EXPECT_TRUE(std::isnan(decodeOne(-.2, parseDepthEncoding("opengl:near=.1,far=100"))));
     EXPECT_EQ(decodeOne(40, parseDepthEncoding("linear:sky_beyond=30")), INFINITY);
+    EXPECT_EQ(decodeOne(30, parseDepthEncoding("linear:sky_beyond=30")), INFINITY) << "from there on";
 }
 
 TEST(DepthEncoding, DistanceAlongTheRayBecomesPlanar) {

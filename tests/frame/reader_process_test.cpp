@@ -1,5 +1,6 @@
 // Images decoded in a process apart: the same pixels, and what becomes of a process that dies.
 #include <signal.h>
+#include <sys/resource.h>
 
 #include <future>
 #include <nlohmann/json.hpp>
@@ -162,6 +163,14 @@ std::string tiffOfTiles(uint32_t size) {
     return std::string("II*\0\x08\0\0\0", 8) + char(count) + '\0' + entries + std::string(4, '\0');
 }
 
+/// Processor time.
+double secondsOfEndedChildren() {
+    struct rusage used {};
+    getrusage(RUSAGE_CHILDREN, &used);
+    return double(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+           1e-6 * double(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+}
+
 TEST_F(ReaderProcess, OneThatComputesTooLongIsASentence) {
     writeText("few.jpg", jpegOfPasses(1));
     writeText("many.jpg", jpegOfPasses(20000));  // 800 kB, minutes
@@ -169,9 +178,13 @@ TEST_F(ReaderProcess, OneThatComputesTooLongIsASentence) {
     EXPECT_EQ(decode(request).images.at(0).size(), cv::Size(4096, 4096));
     request.path = file("many.jpg");
     request.seconds = 1;
+    const double before = secondsOfEndedChildren();
     EXPECT_EQ(sentenceOf(ErrorKind::Io, [&] { decode(request); }),
               request.path +
                   ": is damaged: decoding it took too long, in a process apart, so nothing else is lost");
+    // Its processor time ended it, 2 s and a start after those it had used, not the clock, which waits
+    // for 20.
+    EXPECT_LT(secondsOfEndedChildren() - before, 5);
 }
 
 TEST_F(ReaderProcess, OneThatHangsIsASentence) {

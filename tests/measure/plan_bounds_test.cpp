@@ -11,6 +11,7 @@
 #include "error.hpp"
 #include "frame/color_encoding.hpp"
 #include "measure/encoded_error.hpp"
+#include "measure/plan_check.hpp"
 #include "measure/reference.hpp"
 
 using namespace brume;
@@ -163,4 +164,65 @@ TEST(PlanBounds, ABlursErrorIsAtMostTwiceTheToleranceOnTheWorstImage) {
                     EXPECT_GT(ofUnseen, .5) << effect << " " << radius;
                 }
             }
+}
+
+// What a step says of its output, which later plans rely on: random sets of every effect, a frame with lamps.
+TEST(PlanBounds, WhatLeavesAStepLiesWithinItsBounds) {
+    FramePair frame = ground({80, 48}, 120, .2);
+    cv::RNG random(2);
+    for (int k = 0; k < 40; k++)
+        frame.color.at<cv::Vec4f>(random.uniform(0, 48), random.uniform(0, 80)) =
+            cv::Vec4f(float(random.uniform(0., 30.)), float(random.uniform(0., 3.)), 2, 1);
+    std::vector<std::shared_ptr<const Effect>> effects;
+    for (const std::string& name : EffectRegistry::standard().names())
+        if (auto effect = EffectRegistry::standard().find(name); effect->plugin && effect->plugin->hasPlan())
+            effects.push_back(effect);
+    ASSERT_GE(effects.size(), 9u);
+    const auto cpu = makeCpuRunner();
+    int bounded = 0;
+    for (const PlanSet& set : planSets(effects, 11, 0, 8 * int(effects.size()))) {
+        std::vector<StepPlan> decisions;
+        const Chain chain = planChain(withAirlight(set.chain, frame), frame, Backend::Cpu, {}, &decisions);
+        const cv::Mat image = cpu->run(chain, frame, {}).images.at("color");
+        const ImageBounds& bounds = decisions.back().plan.output;
+        const double slack = 1e-5 * std::max(std::abs(bounds.low), std::abs(bounds.high));
+        bounded += std::isfinite(slack);
+        double beyond = 0, beyondTile = 0;
+        for (int j = 0; j < image.rows; j++)
+            for (int i = 0; i < image.cols; i++)
+                for (int n = 0; n < 3; n++) {
+                    const double value = image.at<cv::Vec4f>(j, i)[n];
+                    beyond = std::max({beyond, bounds.low - value, value - bounds.high});
+                    if (bounds.mean.empty() || image.size() != frame.size()) continue;
+                    const cv::Point tile = cv::Point(i, j) / ImageBounds::tile;
+                    beyondTile = std::max({beyondTile, double(bounds.lowest.at<cv::Vec3f>(tile)[n]) - value,
+                                           value - double(bounds.highest.at<cv::Vec3f>(tile)[n])});
+                }
+        EXPECT_LE(beyond, slack) << set.effect << " " << set.number << " " << set.values;
+        EXPECT_LE(beyondTile, slack) << set.effect << " " << set.number << " " << set.values;
+    }
+    EXPECT_GE(bounded, 7 * int(effects.size()));
+}
+
+// By how much a step may make an error larger: pixels a little brighter, through the knee.
+TEST(PlanBounds, AStepsGainIsAtLeastWhatItDoesToASmallChange) {
+    cv::Mat image(16, 64, CV_32FC4);
+    for (int j = 0; j < image.rows; j++)
+        for (int i = 0; i < image.cols; i++)
+            image.at<cv::Vec4f>(j, i) = cv::Vec4f(.02f * float(i), .01f * float(i), .005f * float(i + j), 1);
+    FramePair frame = ground(image.size(), 50, .5), brighter = frame;
+    frame.color = image, brighter.color = image + cv::Scalar(1e-3, 1e-3, 1e-3, 0);
+    const auto cpu = makeCpuRunner();
+    for (
+        const std::string step :
+        {R"({"effect": "light_detect", "threshold": 0.6, "knee": 0.2, "intensity": 5, "saturation": 2})",
+         R"({"effect": "light_detect", "threshold": 0.3, "knee": 0.3, "intensity": 2, "luminance": "linear 709"})"}) {
+        const Chain chain = chainOf(step);
+        const cv::Mat a = cpu->run(chain, frame, {}).images.at("color").clone(),
+                      b = cpu->run(chain, brighter, {}).images.at("color");
+        const double grew = cv::norm(a.reshape(1), b.reshape(1), cv::NORM_INF) / 1e-3,
+                     gain = decisionOf(chain, frame).plan.gain;
+        EXPECT_LE(grew, gain * 1.001) << step;
+        EXPECT_GT(grew, 2) << "the case says nothing: " << step;
+    }
 }
