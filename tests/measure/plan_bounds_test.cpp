@@ -82,6 +82,29 @@ TEST(PlanBounds, FogIsLeftOutWhereItCannotShowAndOnlyThere) {
     }
 }
 
+// Each of several steps has its share of the tolerance: what is left out by all together does not show.
+TEST(PlanBounds, FogsThatWouldShowTogetherAreNotAllLeftOut) {
+    FramePair frame = ground({64, 36}, 300, .5);
+    frame.color.at<cv::Vec4f>(3, 32) = {0, 0, 0, 1};
+    const auto cpu = makeCpuRunner();
+    const auto leftOut = [&](const Chain& chain) {
+        std::vector<StepPlan> decisions;
+        planChain(chain, frame, Backend::Cpu, {}, &decisions);
+        return std::count_if(decisions.begin(), decisions.end(),
+                             [](const StepPlan& d) { return d.plan.skip; });
+    };
+    bool isOneLeftOut = false;
+    for (double density = 1e-8; density < 1e-3; density *= 1.1) {
+        const std::string fog =
+            text(R"({"effect": "depth_fog", "measure": "extinction", "extinction": )", density, "}");
+        const Chain both = chainOf(fog + ", " + fog);
+        const double shows = worstDifference(cpu->run(both, frame, {}).images.at("color"), frame.color);
+        EXPECT_TRUE(leftOut(both) < 2 || shows <= tolerance) << density << " shows by " << shows / tolerance;
+        isOneLeftOut |= shows > tolerance && leftOut(chainOf(fog)) == 1;
+    }
+    EXPECT_TRUE(isOneLeftOut) << "the case says nothing";
+}
+
 // Steps that are given: what they cost in accuracy is foretold, by no less and not by ten times as much.
 TEST(PlanBounds, TheErrorOfGivenStepsIsForetold) {
     const FramePair frame = ground({48, 27}, 200, .3);
