@@ -121,6 +121,7 @@ TEST(Preset, ASidecarSuppliesWhatThePresetLeavesOut) {
 }
 
 TEST(Preset, ShippedPresetsAllParse) {
+    EXPECT_GE(shippedPresets().size(), 10u);
     for (const auto& [name, path] : shippedPresets())
         EXPECT_NO_THROW(readPreset(name, EffectRegistry::standard())) << path;
 }

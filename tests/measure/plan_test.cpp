@@ -98,9 +98,10 @@ TEST(Plan, TheLargestUnseenErrorIsJustUnseen) {
 
 TEST(Plan, LaterGainTightensWhatIsUnseen) {
     PlanInput in;
-    const double before = in.largestUnseen(.1);
+    const double before = in.largestUnseen(.01), ofTheLarger = in.visible(8 * .01, 8 * .0101);
     in.gain = 8;
-    EXPECT_DOUBLE_EQ(in.largestUnseen(.1), before / 8);
+    EXPECT_DOUBLE_EQ(in.largestUnseen(.01), before / 8);
+    EXPECT_DOUBLE_EQ(in.visible(.01, .0101), ofTheLarger);
 }
 
 TEST(Plan, MixingShowsNoLessThanAnyPixelDoes) {
