@@ -1,0 +1,73 @@
+// Every method in fp32 against itself in fp64, over the check's frames and parameters. The check grants
+// methods the whole distance to the truth, on either side of it, which says nothing where that is large (p2,
+// a step through a dense box).
+#include "error.hpp"
+#include "fog_fixture.hpp"
+#include "measure/check.hpp"
+#include "volume_fog/reference.hpp"
+
+namespace brume {
+namespace {
+
+TEST(VolumeFogMethods, InFp32AreThemselvesInFp64OnTheChecksFrames) {
+    using namespace volume_fog;
+    const auto effect = EffectRegistry::standard().find("volume_fog");
+    const Tolerance& tolerance = effect->header.tolerance;
+    CheckOptions options;
+    options.randomSets = 8;
+    const std::vector<CheckFrame> frames = checkFrames();
+    const auto cpu = makeCpuRunner();
+    double worst = 0;
+    std::string where;
+    size_t compared = 0, leftOut = 0;
+    for (const auto& [name, values] : checkParameters(effect->header, options))
+        for (const CheckFrame& source : frames) {
+            const FramePair& frame = source.frame;
+            Chain chain;
+            Step step;
+            step.id = "fog", step.effect = effect, step.values = values, step.input = step.output = "color";
+            chain.steps = {step};
+            const cv::Mat image = cpu->run(chain, frame, {}).images.at("color");
+            const auto params = effect->plugin->makeParams(values);
+            const ReferenceContext context{frame.camera, frame.size(), frame.color, frame.depth, {},
+                                           frame.time,   frame.index,  frame.seed,  frame.extras};
+            const truth::Scene scene(*static_cast<const Params*>(params.get()), context);
+            for (int k = 0; k < int(image.total()); k += 1 + int(image.total()) / 24) {
+                const cv::Point at(k % image.cols, k / image.cols);
+                const ReferencePixel pixel = referencePixel(scene, context, at);
+                if (pixel.ambiguous) {
+                    leftOut++;
+                    continue;
+                }
+                const cv::Vec3d ray = frame.camera.ray(at.x, at.y);
+                const cv::Vec3d d =
+                    frame.camera.worldFromCamera.get_minor<3, 3>(0, 0) * ray * (1 / cv::norm(ray));
+                const truth::Ray r{
+                    scene, d,
+                    std::min(frame.depth.at<float>(at) * cv::norm(ray), double(scene.p.max_distance))};
+                const cv::Vec4f color = frame.color.at<cv::Vec4f>(at);
+                const auto replayed = truth::Replay(r, color, at, frame.index, frame.seed).run();
+                compared++;
+                for (int n = 0; n < 3; n++) {
+                    const double wanted =
+                        (replayed.transmittance > std::exp(-87.) ? color[n] * replayed.transmittance : 0) +
+                        replayed.scattered[n];
+                    const double apart = std::abs(image.at<cv::Vec4f>(at)[n] - wanted);
+                    if (!std::isfinite(wanted)) continue;
+                    const double scale = std::isfinite(pixel.scale) ? pixel.scale
+                                                                    : std::max(1., std::abs(wanted)),
+                                 bound = tolerance.reference * scale + pixel.allowance;
+                    if (!(apart / bound <= worst))
+                        worst = apart / bound,
+                        where = text(source.name, ", ", name, " at ", at.x, ", ", at.y, ": ",
+                                     image.at<cv::Vec4f>(at)[n], " for ", wanted);
+                }
+            }
+        }
+    EXPECT_LE(worst, 1) << where;  // measured: .64
+    EXPECT_GT(compared, 8000u);
+    EXPECT_LE(leftOut, compared / 100);
+}
+
+}  // namespace
+}  // namespace brume
