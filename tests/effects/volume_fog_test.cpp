@@ -363,18 +363,5 @@ TEST(VolumeFogP2, LampsReplaceTheSunUpToFully) {
     EXPECT_NEAR(out[1], .3 * .3, 1e-5);
 }
 
-TEST(VolumeFogP2, PresetsAreTheThreeTrials) {
-    const double wanted[3] = {2.99573227 / 500, 2.99573227 / 500, 2.99573227 / 350};
-    for (int trial = 1; trial <= 3; trial++) {
-        const Chain chain = readPreset(text("lanman_trial_", trial), EffectRegistry::standard());
-        ASSERT_EQ(chain.steps.size(), 1u);
-        const auto& values = chain.steps[0].values;
-        EXPECT_EQ(values.at("steps").numbers[0], 128);
-        const double density = trial == 3 ? values.at("boxes").rows.at(0).at("density").numbers[0]
-                                          : values.at("density").numbers[0];
-        EXPECT_NEAR(density, wanted[trial - 1], 1e-8);
-    }
-}
-
 }  // namespace
 }  // namespace brume
