@@ -44,6 +44,22 @@ TEST(Blend, NeutralElements) {
     for (int n = 0; n < 3; n++) EXPECT_NEAR(screened[n], a[n], 1e-6);
 }
 
+// The formulas in numbers: a = (.2, .5, 3), b = (.4, 0, 2).
+TEST(Blend, EachModeIsItsFormula) {
+    const struct {
+        const char* mode;
+        float strength;
+        double wanted[3];
+    } cases[] = {{"mix", 1, {.4, 0, 2}},       {"mix", .25, {.25, .375, 2.75}},  {"add", 1, {.6, .5, 5}},
+                 {"add", 2.5, {1.2, .5, 8}},   {"screen", 1, {.52, .5, 3}},  // 1 - .8·.6; above 1 the larger
+                 {"multiply", 1, {.08, 0, 6}}, {"multiply", .5, {.14, .25, 4.5}}};
+    for (const auto& [mode, strength, wanted] : cases) {
+        const cv::Vec4f out = blend(a, b, mode, strength);
+        for (int n = 0; n < 3; n++) EXPECT_NEAR(out[n], wanted[n], 1e-6) << mode << " " << strength;
+        EXPECT_EQ(out[3], a[3]);
+    }
+}
+
 TEST(Blend, ScreenNeverDarkensAndCommutes) {
     for (float x : {0.f, .3f, 1.f, 2.f, 50.f})
         for (float y : {0.f, .6f, 1.f, 3.f, 40.f}) {
