@@ -20,6 +20,29 @@ struct TrialOutcome {
     float through[trialWidth], added[3][trialWidth];
 };
 
+/// Adds the ray some px beside a direction of the world, if the frame shows it, ending where its tile's fog
+/// shows most.
+inline void addRay(const PlanInput& in, const cv::Vec3d& way, double right, double down,
+                   std::vector<Probe>& rays) {
+    const auto& camera = in.scene.camera;
+    const auto& m = camera.worldFromCamera;
+    cv::Vec3d v;  // as the camera sees it
+    for (int n = 0; n < 3; n++) v[n] = m(0, n) * way[0] + m(1, n) * way[1] + m(2, n) * way[2];
+    if (!(v[2] < 0)) return;
+    const double x = camera.cx - camera.fx * v[0] / v[2] + right,
+                 y = camera.cy + camera.fy * v[1] / v[2] + down;
+    if (!(x >= 0 && y >= 0 && x < in.scene.size.width && y < in.scene.size.height)) return;
+    Probe ray;
+    ray.pixel = {int(x), int(y)};
+    const cv::Vec3d d = camera.ray(ray.pixel.x, ray.pixel.y);
+    for (int n = 0; n < 3; n++)
+        ray.direction[n] = (m(n, 0) * d[0] + m(n, 1) * d[1] + m(n, 2) * d[2]) / cv::norm(d);
+    const auto hardest = in.frame.hardest.at<cv::Vec4f>(ray.pixel / ImageBounds::tile);
+    for (int n = 0; n < 3; n++) ray.low[n] = ray.high[n] = hardest[n];
+    ray.distance = hardest[3];
+    rays.push_back(ray);
+}
+
 struct TrialOption {
     int method = 0, steps = 1;
     double cost = 0;

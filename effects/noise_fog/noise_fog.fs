@@ -32,9 +32,9 @@
         {"NAME": "tile", "TYPE": "long", "UNIT": "cells", "VALUES": [4, 8, 16, 32, 64], "LABELS": ["4", "8", "16", "32", "64"], "DEFAULT": "16", "GROUP": "noise", "HINT": "the noise repeats after as many"},
         {"NAME": "extent", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["3-D", "ground"], "DEFAULT": "3-D", "GROUP": "noise", "HINT": "ground: the same at every height (P1); not for the product"},
         {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["procedural", "baked"], "AUTO": true, "DEFAULT": "auto", "GROUP": "method"},
-        {"NAME": "resolution", "TYPE": "long", "UNIT": "texels", "VALUES": [32, 64, 128], "LABELS": ["32", "64", "128"], "DEFAULT": "128", "GROUP": "method", "HINT": "baked: edge of the volume that holds one tile"},
-        {"NAME": "smoothing", "TYPE": "long", "DEFAULT": 0, "MIN": 0, "MAX": 2, "GROUP": "method", "HINT": "baked, at the surface: blur by row 0, 2 or 4 of Pascal's triangle along each axis (P5)"},
-        {"NAME": "steps", "TYPE": "long", "AUTO": true, "DEFAULT": 32, "MIN": 1, "MAX": 64, "GROUP": "method", "HINT": "along the ray"},
+        {"NAME": "resolution", "TYPE": "long", "UNIT": "texels", "VALUES": [32, 64, 128], "LABELS": ["32", "64", "128"], "DEFAULT": "128", "GROUP": "method", "HINT": "edge of the volume that holds one tile: baked, and smoothing, count in its texels"},
+        {"NAME": "smoothing", "TYPE": "long", "DEFAULT": 0, "MIN": 0, "MAX": 2, "GROUP": "method", "HINT": "at the surface: blur by row 0, 2 or 4 of Pascal's triangle along each axis, in steps of a texel of the resolution (P5); costs much unless baked"},
+        {"NAME": "steps", "TYPE": "long", "AUTO": true, "DEFAULT": 32, "MIN": 1, "MAX": 512, "UI_MAX": 64, "GROUP": "method", "HINT": "along the ray"},
         {"NAME": "range", "TYPE": "float", "UNIT": "m", "DEFAULT": 150, "MIN": 0, "MAX": 1e4, "UI_MAX": 500, "GROUP": "method", "HINT": "along the ray: farther the noise counts as its mean"},
 
         {"NAME": "x_profile", "TYPE": "long", "LABEL": "x profile", "VALUES": [0, 1, 2, 3, 4], "LABELS": ["constant", "exponential", "ramp", "table", "noise"],
@@ -177,12 +177,25 @@ const float farCells = 4096.0;
 NoiseLattice eyeLattice() { return NoiseLattice(ivec3(noise_cell), uint(tile) - 1u, uint(seed)); }
 
 // 1. the noise at p, in cells from the eye's cell
+float exactNoise(vec3 p) {
+    return noise == noise_perlin ? perlinOctaves(p, eyeLattice(), octaves) : simplexOctaves(p, eyeLattice(), octaves);
+}
+// 1.1 blurred by Pascal's row 2·smoothing along each axis, a texel a step (P5)
+float smoothedNoise(vec3 p) {
+    float texel = float(tile) / float(max(resolution, tile)), sum = 0.0;
+    vec3 row = smoothing == 1 ? vec3(0.5, 0.25, 0.0) : vec3(0.375, 0.25, 0.0625);
+    for (int z = -smoothing; z <= smoothing; z++)
+        for (int y = -smoothing; y <= smoothing; y++)
+            for (int x = -smoothing; x <= smoothing; x++)
+                sum += row[abs(x)] * row[abs(y)] * row[abs(z)] * exactNoise(p + vec3(x, y, z) * texel);
+    return sum;
+}
 float noiseAt(vec3 p) {
     if (method == method_baked) {
         int texels = baked_edge / tile;
         return volumeNoise(baked, p * float(texels), ivec3(noise_cell) * texels);
     }
-    return noise == noise_perlin ? perlinOctaves(p, eyeLattice(), octaves) : simplexOctaves(p, eyeLattice(), octaves);
+    return where == where_at_the_surface && smoothing > 0 ? smoothedNoise(p) : exactNoise(p);
 }
 vec3 cellsAlong(vec3 direction, float L) {
     precise vec3 way = direction * (L * inverse_size);

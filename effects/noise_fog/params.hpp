@@ -50,7 +50,7 @@ struct NoiseFog {
     bool isBaked() const { return method == baked && where != asAProduct; }
     bool hasSun() const { return sunColor != cv::Vec3f(0, 0, 0); }
     /// Pascal's row is 2·this.
-    int smoothingRow() const { return isBaked() && where == atTheSurface ? smoothing : 0; }
+    int smoothingRow() const { return where == atTheSurface ? smoothing : 0; }
     int edge() const { return std::max(resolution, tile); }
 };
 

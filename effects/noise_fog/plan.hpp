@@ -20,22 +20,6 @@ inline int octavesSeen(const NoiseFog& p, const FrameStatistics& frame) {
     return octaves;
 }
 
-// Largest error of the baked noise, measured an octave (tests/effects/noise_fog_plan_test.cpp): falling with
-// the square of the texels a cell, four deviations where there are none to speak of; simplex noise bends
-// nearly four times as much as Perlin's. Octaves' lattices know nothing of each other: squares add.
-inline double bakedError(const NoiseFog& p) {
-    const bool isPerlin = p.noise == int(NoiseKind::Perlin);
-    const double bend = isPerlin ? 1.5 : 6.2, most = 4 * (isPerlin ? .13 : .2);
-    double squares = 0, total = 0;
-    for (int octave = 0; octave < p.octaves; octave++) {
-        const double texels = double(p.edge()) / p.tile / std::pow(2., octave);
-        const double error = std::pow(.5, octave) * std::min(most, bend / (texels * texels));
-        squares += error * error;
-        total += std::pow(.5, octave);
-    }
-    return std::sqrt(squares) / total;
-}
-
 // Frame copies on the CPU at 1280×720 with two threads, as `brume bench noise_fog --backend cpu` has them:
 // `samples` places of noise a pixel.
 inline double costOf(const NoiseFog& p, int method, int samples) {
@@ -44,7 +28,8 @@ inline double costOf(const NoiseFog& p, int method, int samples) {
         for (int a = 0; a < 3; a++) cost += p.axis(a).profile == noiseAxis ? 9 * p.octaves : 0;
         return cost;
     }
-    return method == baked ? 3.9 + 1.6 * samples : 1.1 + 1.7 * p.octaves * samples;
+    return method == baked ? 3.9 + 1.6 * samples
+                           : 1.1 + 1.7 * p.octaves * samples * std::pow(2 * p.smoothingRow() + 1, 3);
 }
 
 // The densest that the noise can make the fog.
@@ -80,9 +65,7 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
         brightest = std::max(brightest, double(std::max(p.color[n], p.colorHigh[n])) + p.sunColor[n]);
     }
     plan.output = in.input.mixedWith(std::min(0., darkest), brightest);
-    // Smoothed noise exists only as a volume.
-    const bool needsVolume = p.smoothing > 0 && p.where == atTheSurface;
-    plan.chosen["method"] = needsVolume ? baked : procedural;
+    plan.chosen["method"] = procedural;
     plan.chosen["steps"] = p.steps;
     if (isUnseen(p, in, darkest, brightest, plan)) return plan;
     plan.predictedError = 0;
@@ -93,27 +76,20 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
     }
     const bool isMarch = p.where == alongTheRay;
     std::vector<int> methods = {procedural, baked};
-    if (!in.chooses("method"))
-        methods = {p.method};
-    else if (needsVolume)
-        methods = {baked};
+    if (!in.chooses("method")) methods = {p.method};
     std::vector<TrialOption> options;
     for (int method : methods)
-        for (int steps : isMarch&& in.chooses("steps") ? trialSteps(64) : std::vector<int>{p.steps})
+        for (int steps : isMarch&& in.chooses("steps") ? trialSteps(512) : std::vector<int>{p.steps})
             options.push_back({method, steps, costOf(p, method, isMarch ? steps : 1)});
     RayTrial trial(p, in);
-    // Interpolation is a mean over texels, and so is smoothing: smoothed noise is no farther off than noise.
-    const double texelError = bakedError(p), texels = trial.offBy(texelError);
-    // A ray is one of many: the worst of all is taken for twice the worst of those tried.
     auto errorOf = [&](const TrialOption& option, double enough) {
-        const double more = option.method == baked ? texels : 0;
-        return more > enough ? more : 2 * trial.inSteps(option.steps, (enough - more) / 2) + more;
+        return trial.error(option.method, option.steps, enough);
     };
     const TrialChoice best = cheapest(options, in.tolerance, isMarch && in.chooses("steps"), errorOf);
     plan.chosen["method"] = best.option.method;
     plan.chosen["steps"] = best.option.steps;
     plan.predictedCost = best.option.cost;
-    const double edge = trial.atEdge(best.option.steps, best.option.method == baked ? texelError : 0);
+    const double edge = trial.atEdge(best.option.method, best.option.steps);
     plan.predictedError = std::max(best.error, edge);
     plan.why = best.option.method == baked ? "baked" : "procedural";
     if (isMarch) plan.why += text(" in ", best.option.steps, " steps");

@@ -56,7 +56,7 @@ struct ReferenceNoise {
         }
         return sum;
     }
-    double byMethod(const cv::Vec3d& q) const { return p.isBaked() ? interpolated(q) : at(q); }
+    double byMethod(const cv::Vec3d& q) const { return p.isBaked() ? interpolated(q) : smoothed(q); }
 
     // The mean over the first `reach` metres: Perlin's between the lattice planes of the finest octave (there
     // noise along a line is one polynomial), in at most 128 pieces; simplex in 128.
@@ -327,7 +327,7 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
             if (L / p.size <= 4096) {
                 const cv::Vec3d q = noise.cells(d * L);
                 n = noise.smoothed(q);
-                methodNoise = p.isBaked() ? noise.interpolated(q) : n;
+                methodNoise = noise.byMethod(q);
             }
         } else {
             const double reach = std::min(L, double(p.range)), share = L > p.range ? p.range / L : 1;

@@ -17,7 +17,7 @@ constexpr float farCells = 4096;
 struct Constants {
     NoiseLattice lattice;
     float fraction[3], inverseSize, inverseDistance, toSun[3];
-    const float* volume;
+    const float* volume;  // nullptr: its texels are computed wherever they are looked up
     int edge;
     Product product;
     bool isGround, varyingAirlight;
@@ -89,8 +89,50 @@ BRUME_INLINE void proceduralTile(const Constants& k, int octaves, int count, Til
     for (int i = 0; i < count; i++) t.noise[i] = 0.5f + 0.5f * (t.noise[i] / total);
 }
 
+BRUME_INLINE void exactTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    if (p.noise == int(NoiseKind::Perlin))
+        proceduralTile<NoiseKind::Perlin>(k, p.octaves, count, t);
+    else
+        proceduralTile<NoiseKind::Simplex>(k, p.octaves, count, t);
+}
+
+// 1.1 Smoothed (P5), the noise is a weighted mean of that at texels' distances round a place; where it is
+// baked, of that at the texels themselves, each corner of the place's own with its share.
+BRUME_INLINE void neighboursTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    constexpr int most = 6;
+    const float texels = float(p.edge() / p.tile), texel = 1.0f / texels;
+    const int s = p.smoothingRow(), neighbours = 2 * s + (p.method == baked ? 2 : 1);
+    const float rows[3][most] = {{1}, {0.25f, 0.5f, 0.25f}, {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f}};
+    float from[3][fogTileSize], weight[3][most][fogTileSize], sum[fogTileSize];
+    for (int a = 0; a < 3; a++)
+        for (int i = 0; i < count; i++) {
+            const float q = t.p[a][i] * texels, whole = std::floor(q);
+            const float share = p.method == baked ? q - whole : 0.0f;
+            from[a][i] = (p.method == baked ? whole * texel : t.p[a][i]) - float(s) * texel;
+            float last = 0;
+            for (int n = 0; n < neighbours; n++) {
+                weight[a][n][i] = rows[s][n] * (1.0f - share) + last * share;
+                last = rows[s][n];
+            }
+        }
+    for (int i = 0; i < count; i++) sum[i] = 0;
+    for (int z = 0; z < neighbours; z++)
+        for (int y = 0; y < neighbours; y++)
+            for (int x = 0; x < neighbours; x++) {
+                for (int i = 0; i < count; i++) {
+                    t.p[0][i] = from[0][i] + float(x) * texel;
+                    t.p[1][i] = from[1][i] + float(y) * texel;
+                    t.p[2][i] = from[2][i] + float(z) * texel;
+                }
+                exactTile(p, k, count, t);
+                for (int i = 0; i < count; i++)
+                    sum[i] += weight[0][x][i] * weight[1][y][i] * weight[2][z][i] * t.noise[i];
+            }
+    for (int i = 0; i < count; i++) t.noise[i] = sum[i];
+}
+
 BRUME_INLINE void noiseTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
-    if (p.method == baked) {
+    if (p.method == baked && k.volume) {
         const int texels = k.edge / p.tile, edge = k.edge;
         const float scale = float(texels), *volume = k.volume;
         const int baseX = k.lattice.cellX * texels, baseY = k.lattice.cellY * texels,
@@ -98,10 +140,10 @@ BRUME_INLINE void noiseTile(const NoiseFog& p, const Constants& k, int count, Ti
         for (int i = 0; i < count; i++)
             t.noise[i] = volumeNoise(volume, edge, t.p[0][i] * scale, t.p[1][i] * scale, t.p[2][i] * scale,
                                      baseX, baseY, baseZ);
-    } else if (p.noise == int(NoiseKind::Perlin)) {
-        proceduralTile<NoiseKind::Perlin>(k, p.octaves, count, t);
+    } else if (p.method == baked || p.smoothingRow() > 0) {
+        neighboursTile(p, k, count, t);
     } else {
-        proceduralTile<NoiseKind::Simplex>(k, p.octaves, count, t);
+        exactTile(p, k, count, t);
     }
 }
 

@@ -33,13 +33,15 @@ class RayFog {
         CpuContext context;
         context.derivedValues = &derived_;
         constants_ = constantsOf(p_, context);
+        // A baked volume costs more than a frame; of its texels only a few are looked up here.
+        constants_.volume = nullptr;
     }
 
-    BRUME_VECTORISE void noiseOf(int tile, int steps, float* noise) const {
+    BRUME_VECTORISE void noiseOf(int tile, int method, int steps, float* noise) const {
         Tile t;
         place(tile, t);
         NoiseFog p = p_;
-        p.steps = steps;
+        p.method = method, p.steps = steps;
         pixelNoiseTile(p, constants_, t.L, trialWidth, t);
         for (int x = 0; x < trialWidth; x++) noise[x] = t.noise[x];
     }
@@ -73,87 +75,109 @@ class RayFog {
     }
 };
 
-// What steps along the ray, and errors of the noise, come to on the frame's probes.
+// What steps along the ray and baked texels come to on the frame's probes.
+//
+// Errors of the noise are chance: of hundreds of thousands of pixels some have far larger ones than any of
+// the hundreds of probes. They are alike on ways of like length, though, so rays are sorted by length, and
+// every ray is taken to be off by `deviations` of what its tile's are off by.
 class RayTrial {
   public:
     RayTrial(const NoiseFog& p, const PlanInput& in)
         : p_(p),
-          rays_(in.frame.probes.empty() ? in.frame.probes : Trial::filled(in.frame.probes)),
+          rays_(raysOf(p, in)),
           fog_(p, in, rays_),
           noise_(rays_.size()),
           trial_(
               in, rays_,
-              [this](int tile, int method, int steps, TrialOutcome& outcome) {
-                  float noise[trialWidth];
-                  fog_.noiseOf(tile, steps, noise);
-                  if (method == exactly) std::copy(noise, noise + trialWidth, noiseAt(tile));
-                  fog_.fogOf(tile, noise, outcome);
+              [this](int tile, int, int steps, TrialOutcome& outcome) {
+                  fog_.noiseOf(tile, procedural, steps, noiseAt(tile));
+                  fog_.fogOf(tile, noiseAt(tile), outcome);
               },
-              exactly, 1024) {}
+              procedural, p.where == alongTheRay ? 4096 : 64) {}
 
-    /// As visible as noise that is off by `error` can be.
-    double offBy(double error) const {
-        return worst([&](int tile, float* from, float* to, int sign) {
-            for (int x = 0; x < trialWidth; x++) {
-                from[x] = noiseAt(tile)[x];
-                to[x] = std::clamp(from[x] + float(sign * error), 0.0f, 1.0f);
+    /// How visible a method in so many steps is; gives up where that exceeds `enough`.
+    double error(int method, int steps, double enough) {
+        if (noise_.empty() || (method == procedural && p_.where == atTheSurface)) return 0;
+        const double doubt = trial_.doubt();
+        std::vector<double> errors(trial_.tiles(), 0.);
+        auto measure = [&](int tile) {
+            const float off = float(offOf(tile, method, steps));
+            for (float sign : {-1.f, 1.f}) {
+                float moved[trialWidth];
+                TrialOutcome from, to;
+                for (int x = 0; x < trialWidth; x++)
+                    moved[x] = std::clamp(noiseAt(tile)[x] + sign * off, 0.0f, 1.0f);
+                fog_.fogOf(tile, noiseAt(tile), from), fog_.fogOf(tile, moved, to);
+                errors[tile] = std::max(errors[tile], doubt + trial_.differenceOf(from, to, tile));
             }
+        };
+        measure(worst_);
+        if (errors[worst_] > enough) return errors[worst_];
+        trial_.each([&](int tile) {
+            if (tile != worst_) measure(tile);
         });
-    }
-    /// As visible as so many steps along the ray; gives up where that exceeds `enough`.
-    double inSteps(int steps, double enough) {
-        if (p_.where != alongTheRay) return 0;
-        return trial_.error(procedural, steps, enough) + trial_.doubt();
+        worst_ = int(std::max_element(errors.begin(), errors.end()) - errors.begin());
+        return errors[worst_];
     }
     /// Where the noise takes the last of the fog away, holes in it may have edges as hard as the fog is
-    /// dense: how visible it is at most that they lie elsewhere, the noise being off by what so many steps
-    /// cost and `error`.
-    double atEdge(int steps, double error) const {
+    /// dense: how visible it is at most that they lie elsewhere.
+    double atEdge(int method, int steps) const {
         if (p_.mode != subtractive || !(p_.strength > 1) || noise_.empty()) return 0;
-        std::vector<float> off(trial_.tiles(), 0.0f);
+        std::vector<double> errors(trial_.tiles(), 0.);
         trial_.each([&](int tile) {
-            float noise[trialWidth];
-            if (p_.where == alongTheRay) fog_.noiseOf(tile, steps, noise);
-            for (int x = 0; x < trialWidth && p_.where == alongTheRay; x++)
-                off[tile] = std::max(off[tile], std::abs(noise[x] - noiseAt(tile)[x]));
-        });
-        constexpr double rounding = 1e-6;
-        error += rounding + 2 * double(*std::max_element(off.begin(), off.end()));
-        const auto [least, most] = std::minmax_element(noise_.begin(), noise_.end());
-        const double edge = 1 / double(p_.strength);
-        if (edge < *least - error || edge > *most + error) return 0;
-        return worst([&](int, float* from, float* to, int sign) {
-            std::fill(from, from + trialWidth, float(edge));
-            std::fill(to, to + trialWidth, float(edge + sign * error));
-        });
-    }
-
-  private:
-    static constexpr int exactly = -1;
-
-    const NoiseFog& p_;
-    std::vector<Probe> rays_;
-    RayFog fog_;
-    std::vector<float> noise_;  // of each ray
-    Trial trial_;
-
-    float* noiseAt(int tile) { return noise_.data() + size_t(tile) * trialWidth; }
-    const float* noiseAt(int tile) const { return noise_.data() + size_t(tile) * trialWidth; }
-
-    // The most visible difference between two noises, one of them to either side of the other.
-    template <class Noises>
-    double worst(const Noises& noises) const {
-        std::vector<double> differences(trial_.tiles() + 1, 0.);
-        trial_.each([&](int tile) {
+            constexpr double rounding = 1e-6;
+            const double error = rounding + offOf(tile, method, steps), edge = 1 / double(p_.strength);
+            const auto [least, most] = std::minmax_element(noiseAt(tile), noiseAt(tile) + trialWidth);
+            if (edge < *least - error || edge > *most + error) return;
             for (int sign : {-1, 1}) {
                 float from[trialWidth], to[trialWidth];
                 TrialOutcome a, b;
-                noises(tile, from, to, sign);
+                std::fill(from, from + trialWidth, float(edge));
+                std::fill(to, to + trialWidth, float(edge + sign * error));
                 fog_.fogOf(tile, from, a), fog_.fogOf(tile, to, b);
-                differences[tile] = std::max(differences[tile], trial_.differenceOf(a, b, tile));
+                errors[tile] = std::max(errors[tile], trial_.differenceOf(a, b, tile));
             }
         });
-        return *std::max_element(differences.begin(), differences.end());
+        return *std::max_element(errors.begin(), errors.end());
+    }
+
+    static constexpr double deviations = 5;
+
+  private:
+    const NoiseFog& p_;
+    std::vector<Probe> rays_;
+    RayFog fog_;
+    std::vector<float> noise_;  // of each ray, the truth
+    Trial trial_;
+    int worst_ = 0;  // the tile where the last method failed
+
+    // The frame's probes; along the ray, also rays beside the lattice's axes, where steps may keep time with
+    // cells.
+    static std::vector<Probe> raysOf(const NoiseFog& p, const PlanInput& in) {
+        std::vector<Probe> rays = in.frame.probes;
+        if (rays.empty()) return rays;
+        std::stable_sort(rays.begin(), rays.end(),
+                         [](const Probe& a, const Probe& b) { return a.distance < b.distance; });
+        rays = Trial::filled(rays);
+        for (int axis = 0; axis < 6 && p.where == alongTheRay; axis++) {
+            cv::Vec3d way;
+            way[axis / 2] = axis % 2 ? 1 : -1;
+            for (int y = -4; y < 4; y++)
+                for (int x = -4; x < 4; x++) addRay(in, way, 12 * x + 6, 12 * y + 6, rays);
+            rays = Trial::filled(rays);
+        }
+        return rays;
+    }
+    float* noiseAt(int tile) { return noise_.data() + size_t(tile) * trialWidth; }
+    const float* noiseAt(int tile) const { return noise_.data() + size_t(tile) * trialWidth; }
+
+    // By how much a tile's noise may be off at worst.
+    double offOf(int tile, int method, int steps) const {
+        float noise[trialWidth];
+        fog_.noiseOf(tile, method, steps, noise);
+        double squares = 0;
+        for (int x = 0; x < trialWidth; x++) squares += std::pow(double(noise[x]) - noiseAt(tile)[x], 2);
+        return deviations * std::sqrt(squares / trialWidth);
     }
 };
 

@@ -40,26 +40,8 @@ class Rays {
     const brume::PlanInput& in_;
     std::vector<brume::Probe> rays_;
 
-    // A ray some px beside a place of the world, if the frame shows it.
     void add(const cv::Vec3d& place, double right = 0, double down = 0) {
-        const auto& camera = in_.scene.camera;
-        const auto& m = camera.worldFromCamera;
-        const cv::Vec3d way = place - camera.eye();
-        cv::Vec3d v;  // as the camera sees it
-        for (int n = 0; n < 3; n++) v[n] = m(0, n) * way[0] + m(1, n) * way[1] + m(2, n) * way[2];
-        if (!(v[2] < 0)) return;
-        const double x = camera.cx - camera.fx * v[0] / v[2] + right,
-                     y = camera.cy + camera.fy * v[1] / v[2] + down;
-        if (!(x >= 0 && y >= 0 && x < in_.scene.size.width && y < in_.scene.size.height)) return;
-        brume::Probe ray;
-        ray.pixel = {int(x), int(y)};
-        const cv::Vec3d d = camera.ray(ray.pixel.x, ray.pixel.y);
-        for (int n = 0; n < 3; n++)
-            ray.direction[n] = (m(n, 0) * d[0] + m(n, 1) * d[1] + m(n, 2) * d[2]) / cv::norm(d);
-        const auto hardest = in_.frame.hardest.at<cv::Vec4f>(ray.pixel / brume::ImageBounds::tile);
-        for (int n = 0; n < 3; n++) ray.low[n] = ray.high[n] = hardest[n];
-        ray.distance = hardest[3];
-        rays_.push_back(ray);
+        brume::addRay(in_, place - in_.scene.camera.eye(), right, down, rays_);
     }
 };
 

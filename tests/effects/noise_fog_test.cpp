@@ -271,6 +271,8 @@ TEST(NoiseFogMethods, InFp32AreThemselvesInFp64) {
          {R"("method": "baked", "resolution": "32", "smoothing": 2)",
           R"("method": "baked", "resolution": "64", "smoothing": 0, "noise": "simplex")",
           R"("method": "baked", "resolution": "32", "where": "along the ray", "steps": 7)",
+          R"("method": "procedural", "resolution": "32", "smoothing": 1, "noise": "simplex")",
+          R"("method": "procedural", "resolution": "32", "smoothing": 2)",
           R"("method": "procedural", "where": "along the ray", "steps": 5, "noise": "simplex")",
           R"("method": "procedural", "where": "along the ray", "steps": 9, "octaves": 2)"}) {
         const std::string fog =
