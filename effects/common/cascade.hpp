@@ -169,7 +169,7 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int width = in.cols, height = in.rows, floats = 4 * width, room = (floats + 15) / 16 * 16;
     const int last = (height + 7) / 8 * 8, band = 64, around = (reach + 7) / 8 * 8, ringRows = band + around;
     // Tasks look at `reach` rows beyond theirs; always as many, so that bits do not depend on threads.
-    const int tasks = height < 4 * reach ? 1 : std::clamp(height / (16 * std::max(reach, 1)) * 2, 2, 16);
+    const int tasks = height < 2 * reach ? 1 : std::clamp(height / (16 * std::max(reach, 1)) * 2, 2, 16);
     cv::parallel_for_(
         cv::Range(0, tasks),
         [&](const cv::Range& range) {

@@ -151,13 +151,18 @@ cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& deriv
 cv::Mat resampleNearest(const cv::Mat& image, cv::Size size) {
     if (image.size() == size) return image;
     cv::Mat result(size, image.type());
-    size_t bytes = image.elemSize();
+    const size_t bytes = image.elemSize();
+    std::vector<size_t> offsets(size.width);  // of a row's pixels
+    for (int i = 0; i < size.width; i++)
+        offsets[i] = size_t((2LL * i + 1) * image.cols / (2LL * size.width)) * bytes;
     for (int j = 0; j < size.height; j++) {
         const uchar* from = image.ptr(int((2LL * j + 1) * image.rows / (2LL * size.height)));
         uchar* to = result.ptr(j);
-        for (int i = 0; i < size.width; i++)
-            std::memcpy(to + i * bytes, from + (2LL * i + 1) * image.cols / (2LL * size.width) * bytes,
-                        bytes);
+        if (bytes == sizeof(float))
+            for (int i = 0; i < size.width; i++)
+                std::memcpy(to + i * sizeof(float), from + offsets[i], sizeof(float));
+        else
+            for (int i = 0; i < size.width; i++) std::memcpy(to + i * bytes, from + offsets[i], bytes);
     }
     return result;
 }
