@@ -112,12 +112,14 @@ class ApproximateDepth {
         bottom_ = std::min(p.tableBottom, p.tableTop);
         cells_ = std::max(2, p.tableSize) - 1;
         step_ = std::max((std::max(p.tableBottom, p.tableTop) - bottom_) / cells_, 1e-9);
-        G_.resize(cells_ + 1);
+        cell_.resize(cells_);
         for (int k = 0; k < cells_; k++)
-            for (int n = 0; n < 3; n++)
-                G_[k + 1][n] = G_[k][n] + referenceIntegral(p, nodeAt(k), nodeAt(k + 1), n);
+            for (int n = 0; n < 3; n++) cell_[k][n] = referenceIntegral(p, nodeAt(k), nodeAt(k + 1), n);
+        below_.resize(cells_ + 1), above_.resize(cells_ + 1);
+        for (int k = 0; k < cells_; k++) below_[k + 1] = below_[k] + cell_[k];
+        for (int k = cells_; k > 0; k--) above_[k - 1] = above_[k] + cell_[k - 1];
     }
-    bool isExact() const { return G_.empty() && p_.method != march; }
+    bool isExact() const { return cell_.empty() && p_.method != march; }
 
     double operator()(double eye, double L, double up, int n) const {
         const double dy = L * up;
@@ -128,7 +130,7 @@ class ApproximateDepth {
         }
         const double away =
             std::abs(dy) > 1e-5 * step_ ? dy : 1e-5 * step_;  // the slope where the way is level
-        return std::max(0., L * (integral(eye + away, n) - integral(eye, n)) / away);
+        return std::max(0., L * integral(eye, eye + away, n) / away);
     }
 
     /// How far 4 fp32 ulp of each height at which the march asks for the density can move it. (The integral
@@ -150,22 +152,34 @@ class ApproximateDepth {
 
   private:
     double nodeAt(int k) const { return bottom_ + k * step_; }
-    double integral(double y, int n) const {
-        if (y <= bottom_) return (y - bottom_) * referenceDensity(p_, bottom_, n);
+    // The node at or below y, and the integral from there to y.
+    std::pair<int, double> placeOf(double y, int n) const {
+        if (y <= bottom_) return {0, (y - bottom_) * referenceDensity(p_, bottom_, n)};
         if (y >= nodeAt(cells_))
-            return G_[cells_][n] + (y - nodeAt(cells_)) * referenceDensity(p_, nodeAt(cells_), n);
+            return {cells_, (y - nodeAt(cells_)) * referenceDensity(p_, nodeAt(cells_), n)};
         const int k = std::min(int((y - bottom_) / step_), cells_ - 1);
-        const double t = (y - nodeAt(k)) / step_, a = G_[k][n], b = G_[k + 1][n];
-        if (p_.method == tableLinear) return a + (b - a) * t;
+        const double t = (y - nodeAt(k)) / step_, whole = cell_[k][n];
+        if (p_.method == tableLinear) return {k, whole * t};
         const double s0 = step_ * referenceDensity(p_, nodeAt(k), n),
                      s1 = step_ * referenceDensity(p_, nodeAt(k + 1), n);
-        return a + (b - a) * t * t * (3 - 2 * t) + s0 * t * (1 - t) * (1 - t) + s1 * t * t * (t - 1);
+        return {k, whole * t * t * (3 - 2 * t) + s0 * t * (1 - t) * (1 - t) + s1 * t * t * (t - 1)};
+    }
+    double integral(double from, double to, int n) const {
+        const auto [first, before] = placeOf(from, n);
+        const auto [last, behind] = placeOf(to, n);
+        // From the end with less: an exponential's sum from far below would round away all that is here.
+        const bool isFromBelow =
+            std::max(below_[first][n], below_[last][n]) <= std::max(above_[first][n], above_[last][n]);
+        const double between =
+            isFromBelow ? below_[last][n] - below_[first][n] : above_[first][n] - above_[last][n];
+        return between + behind - before;
     }
 
     HeightFog p_;
     double bottom_ = 0, step_ = 1;
     int cells_ = 0;
-    std::vector<cv::Vec3d> G_;
+    std::vector<cv::Vec3d> cell_, below_,
+        above_;  // integrals: of a cell; from the bottom, and to the top, of a node
 };
 
 }  // namespace brume::height_fog

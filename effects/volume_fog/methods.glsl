@@ -68,7 +68,7 @@ void marchP2(Ray ray, ivec2 p, out vec3 scattered, out float transmittance) {
     ray.begin = 0.0;
     ray.stride = ray.far * (1.0 / float(steps));
     scattered = vec3(0.0);
-    transmittance = 1.0;
+    float opacity = 0.0;  // summed from 0: taken from 1, thin steps would lose their last bits
     for (int i = 0; i < steps; i++) {
         Step s = placeStep(ray, p, i, 0.0);
         float noiseFactor = placeNoise(ray, s, i, shared_, knots);
@@ -88,9 +88,10 @@ void marchP2(Ray ray, ivec2 p, out vec3 scattered, out float transmittance) {
             if (distance2 < range * range)
                 light += clamp(lamp.w / (c.x + c.y * sqrt(distance2) + c.z * distance2), 0.0, 1.0) * (lamp.rgb - light);
         }
-        density_ = min(density_, transmittance);
+        density_ = min(density_, 1.0 - opacity);
         scattered += density_ * light;
-        transmittance -= density_;
+        opacity += density_;
     }
-    scattered *= 1.0 - transmittance;
+    transmittance = 1.0 - opacity;
+    scattered *= opacity;
 }

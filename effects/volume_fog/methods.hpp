@@ -102,7 +102,8 @@ inline void marchPanels(March& m, int panels) {
 
 // The report's own march (P2 §4): steps from the eye to the surface, wherever the fog is; densities and
 // colours summed without transmittance, lights mixed in turn. Its sum passes 1 behind the saturation
-// distance; here it ends at 1.
+// distance; here it ends at 1. The tile's depth is its opacity, summed from 0: taken from 1, thin steps would
+// lose their last bits.
 constexpr float saturation = 2.99573227f;  // -ln .05: P2's distance to saturation is this over the extinction
 
 BRUME_VECTORISE inline void addVolumeP2(Tile& tile, const VolumeTile& volume) {
@@ -137,11 +138,11 @@ BRUME_VECTORISE inline void mixLampP2(Tile& tile, const LampTile& lamp) {
 
 BRUME_VECTORISE inline void addStepP2(Tile& tile) {
     for (int x = 0; x < tileWidth; x++) {
-        const float density = least(tile.stepDepth[x], tile.through[x]);
+        const float density = least(tile.stepDepth[x], 1.0f - tile.depth[x]);
         tile.red[x] += density * tile.lightRed[x];
         tile.green[x] += density * tile.lightGreen[x];
         tile.blue[x] += density * tile.lightBlue[x];
-        tile.through[x] -= density;
+        tile.depth[x] += density;
     }
 }
 

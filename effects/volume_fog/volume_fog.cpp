@@ -21,7 +21,7 @@ BRUME_VECTORISE void storeTile(March& m) {
     Lanes transmittance;
     for (int x = 0; x < tileWidth; x++) {
         const float left = extinctionOf(tile.depth[x]).transmittance;
-        transmittance[x] = isP2 ? tile.through[x] : left;
+        transmittance[x] = isP2 ? 1.0f - tile.depth[x] : left;
     }
     const cv::Vec3f albedo = commonAlbedo(m);
     const float* input = m.c.input.ptr<float>(tile.row) + 4 * tile.column;
@@ -29,7 +29,7 @@ BRUME_VECTORISE void storeTile(March& m) {
     const int count = std::min(tileWidth, m.c.view.width - tile.column);
     for (int x = 0; x < count; x++) {
         const float t = transmittance[x];
-        const float share = isP2 ? 1.0f - t : 1.0f;
+        const float share = isP2 ? tile.depth[x] : 1.0f;
         const float color[3] = {tile.red[x], tile.green[x], tile.blue[x]};
         for (int k = 0; k < 3; k++) {
             const float scene = t > 0.0f ? input[4 * x + k] * t : 0.0f;
