@@ -16,7 +16,7 @@ namespace blur_test {
 using namespace brume;
 
 std::string Blur::describe() const {
-    return text(effect, " ", method, " radius ", radius, " tolerance ", tolerance);
+    return text(effect, " ", method, " radius ", radius, " tolerance ", tolerance, isGlsl ? " GLSL" : "");
 }
 
 static cv::Mat run(Runner& runner, const Blur& blur, const cv::Mat& image) {
@@ -38,6 +38,10 @@ cv::Mat onCpu(const Blur& blur, const cv::Mat& image) {
 cv::Mat onGl(const Blur& blur, const cv::Mat& image) {
     static auto runner = makeGlRunner(GlPlatform::Osmesa);
     return run(*runner, blur, image);
+}
+
+cv::Mat blurred(const Blur& blur, const cv::Mat& image) {
+    return blur.isGlsl ? onGl(blur, image) : onCpu(blur, image);
 }
 
 cv::Mat randomImage(cv::Size size, unsigned seed) {
@@ -69,9 +73,9 @@ OperatorError operatorError(const Blur& blur, const Kernel& truth, int period) {
         cv::Mat impulses(1, width, CV_32FC4, cv::Scalar::all(0));
         for (int c = 0; c < 4 && first + c < period; c++)
             impulses.at<cv::Vec4f>(0, middle + first + c)[c] = 1;
-        cv::Mat blurred = onCpu(blur, impulses);
+        const cv::Mat columnsOf = blurred(blur, impulses);
         for (int c = 0; c < 4 && first + c < period; c++)
-            for (int i = 0; i < width; i++) columns[first + c][i] = blurred.at<cv::Vec4f>(0, i)[c];
+            for (int i = 0; i < width; i++) columns[first + c][i] = columnsOf.at<cv::Vec4f>(0, i)[c];
     }
     auto entry = [&](int to, int from) {  // both relative to `middle`
         int phase = ((from % period) + period) % period, at = middle + to - (from - phase);
@@ -107,12 +111,12 @@ OperatorError operatorError(const Blur& blur, const Kernel& truth, int period) {
 
 void expectConstantsKept(const Blur& blur) {
     for (cv::Size size : {cv::Size(1, 1), cv::Size(37, 5), cv::Size(1, 23), cv::Size(70, 33)}) {
-        cv::Mat image(size, CV_32FC4, cv::Scalar(.3, 1, 60000, .5)), blurred = onCpu(blur, image);
+        cv::Mat image(size, CV_32FC4, cv::Scalar(.3, 1, 60000, .5)), result = blurred(blur, image);
         for (int c = 0; c < 4; c++) {
             double value = image.at<cv::Vec4f>(0, 0)[c];
             for (int j = 0; j < size.height; j++)
                 for (int i = 0; i < size.width; i++)
-                    ASSERT_NEAR(blurred.at<cv::Vec4f>(j, i)[c], value, 1e-5 * value)
+                    ASSERT_NEAR(result.at<cv::Vec4f>(j, i)[c], value, 1e-5 * value)
                         << blur.describe() << " " << size;
         }
     }
@@ -121,21 +125,21 @@ void expectConstantsKept(const Blur& blur) {
 void expectTransposed(const Blur& blur, double bound) {
     cv::Mat image = randomImage({61, 45}, 3), transposed, back;
     cv::transpose(image, transposed);
-    cv::transpose(onCpu(blur, transposed), back);
-    EXPECT_LE(difference(back, onCpu(blur, image)), bound) << blur.describe();
+    cv::transpose(blurred(blur, transposed), back);
+    EXPECT_LE(difference(back, blurred(blur, image)), bound) << blur.describe();
 }
 
 void expectMirrored(const Blur& blur, double bound, cv::Size size) {
     cv::Mat image = randomImage(size, 4), mirrored, back;
     cv::flip(image, mirrored, -1);
-    cv::flip(onCpu(blur, mirrored), back, -1);
-    EXPECT_LE(difference(back, onCpu(blur, image)), bound) << blur.describe();
+    cv::flip(blurred(blur, mirrored), back, -1);
+    EXPECT_LE(difference(back, blurred(blur, image)), bound) << blur.describe();
 }
 
 void expectMeanKept(const Blur& blur, int reach, double bound) {
     cv::Mat image(2 * reach + 9, 2 * reach + 7, CV_32FC4, cv::Scalar::all(0));
     randomImage({7, 9}, 5).copyTo(image(cv::Rect(reach, reach, 7, 9)));
-    cv::Scalar before = cv::sum(image), after = cv::sum(onCpu(blur, image));
+    cv::Scalar before = cv::sum(image), after = cv::sum(blurred(blur, image));
     for (int c = 0; c < 4; c++) EXPECT_NEAR(after[c], before[c], bound * before[c]) << blur.describe();
 }
 
@@ -143,12 +147,12 @@ void expectStep(const Blur& blur, const Kernel& truth, double bound) {
     const int reach = int(truth.size()) / 2, width = 4 * reach + 2;
     cv::Mat image(3, width, CV_32FC4, cv::Scalar::all(0));
     image.colRange(width / 2, width).setTo(cv::Scalar::all(1));
-    cv::Mat blurred = onCpu(blur, image);
+    const cv::Mat result = blurred(blur, image);
     double sum = 0;  // of the kernel up to the distance from the step
     for (int i = width / 2 - reach - 1; i <= width / 2 + reach; i++) {
         int d = i - width / 2;
         if (d + reach >= 0) sum += truth[d + reach];
-        ASSERT_NEAR(blurred.at<cv::Vec4f>(1, i)[0], sum, bound)
+        ASSERT_NEAR(result.at<cv::Vec4f>(1, i)[0], sum, bound)
             << blur.describe() << " px from the step: " << d;
     }
 }
@@ -156,8 +160,8 @@ void expectStep(const Blur& blur, const Kernel& truth, double bound) {
 void expectEdgesReplicate(const Blur& blur, int reach, double bound) {
     cv::Mat image = randomImage({13, 9}, 6), larger;
     cv::copyMakeBorder(image, larger, reach, reach, reach, reach, cv::BORDER_REPLICATE);
-    cv::Mat inside = onCpu(blur, larger)(cv::Rect(reach, reach, 13, 9));
-    EXPECT_LE(difference(onCpu(blur, image), inside), bound) << blur.describe();
+    cv::Mat inside = blurred(blur, larger)(cv::Rect(reach, reach, 13, 9));
+    EXPECT_LE(difference(blurred(blur, image), inside), bound) << blur.describe();
 }
 
 void expectBadPixelsBounded(const Blur& blur) {
@@ -171,7 +175,7 @@ void expectBadPixelsBounded(const Blur& blur) {
     put(0, 0, 1, infinity, 65504);
     put(40, 29, 2, -infinity, -65504);
     put(7, 22, 3, std::nanf(""), 0);
-    cv::Mat a = onCpu(blur, bad), b = onCpu(blur, bounded);
+    cv::Mat a = blurred(blur, bad), b = blurred(blur, bounded);
     EXPECT_EQ(cv::norm(a.reshape(1), b.reshape(1), cv::NORM_INF), 0) << blur.describe();
     EXPECT_TRUE(cv::checkRange(a)) << blur.describe();
 }

@@ -14,12 +14,15 @@ struct Blur {
     std::string effect, method;  ///< method "auto": whatever the plan decides
     double radius = 0;
     double tolerance = 1e-3;  ///< given, so that a method is the same one on every image
+    bool isGlsl = false;      ///< what the theorems below run
     std::string describe() const;
 };
 
 cv::Mat randomImage(cv::Size size, unsigned seed);
 cv::Mat onCpu(const Blur& blur, const cv::Mat& image);
 cv::Mat onGl(const Blur& blur, const cv::Mat& image);
+/// On the side that isGlsl says.
+cv::Mat blurred(const Blur& blur, const cv::Mat& image);
 
 /// Largest |a - b| over the largest |b|; infinite where classes differ.
 double difference(const cv::Mat& a, const cv::Mat& b);

@@ -124,14 +124,15 @@ TEST(GaussianBlur, AStepBecomesTheIntegralOfTheKernel) {
             expectStep(gaussian(method, radius), trueGaussian(radius, reachOf(radius)), 5.1e-4);
 }
 
-// Not box: there each of three boxes replicates its own edges. Not auto: it may choose otherwise for the
-// larger image.
+// Not box, not dual_filter: there each step replicates its own edges. auto may choose otherwise for the
+// larger image, and each choice errs by up to 1e-3.
 TEST(GaussianBlur, EdgesReplicateAlsoOfImagesNarrowerThanTheKernel) {
     for (const char* method : {"fir", "recursive", "decimated", "pascal"})
         for (double radius : {.7, 3., 9., 25.}) {
             // A whole number of small pixels, so that decimation falls on the same places.
             int period = periodOf(method, radius), reach = (int(9 * radius) + 8 + period) / period * period;
             expectEdgesReplicate(gaussian(method, radius), reach, 5e-6);
+            expectEdgesReplicate(gaussian("auto", radius), reach, 2e-3);
         }
 }
 
@@ -171,4 +172,37 @@ TEST(GaussianBlur, GlslMatches) {
         for (double radius : {.4, 3., 9., 60.})
             for (cv::Size size : {cv::Size(53, 31), cv::Size(3, 40)})
                 expectGlMatches(gaussian(method, radius), size);
+}
+
+TEST(GaussianBlur, TheoremsHoldInGlsl) {
+    for (const char* method : {"fir", "recursive", "decimated", "auto"})
+        for (double radius : {.7, 3., 9.}) {
+            Blur blur = gaussian(method, radius);
+            blur.isGlsl = true;
+            const Kernel truth = trueGaussian(radius, reachOf(radius));
+            const int period = periodOf(method, radius);
+            EXPECT_LE(operatorError(blur, truth, period).pair, 1e-3) << blur.describe();
+            expectConstantsKept(blur);
+            expectStep(blur, truth, 5.1e-4);
+            expectTransposed(blur, 5e-6);
+            expectMirrored(blur, period > 1 ? 1e-3 : 5e-6);
+            expectBadPixelsBounded(blur);
+        }
+}
+
+// What a blur of values up to 1 comes to is at most its kernel's L1 norm, which is 1 where no weight is below
+// 0.
+TEST(GaussianBlur, EveryMethodIsBoundedAndKeepsConstantsInGlsl) {
+    const cv::Size size(40, 3);
+    cv::Mat signs(size, CV_32FC4), constant(size, CV_32FC4, cv::Scalar(.3, 1, 60000, .5));
+    for (int j = 0; j < size.height; j++)
+        for (int i = 0; i < size.width; i++)
+            for (int c = 0; c < 4; c++)
+                signs.at<cv::Vec4f>(j, i)[c] = (i / (1 << 2 * c) + (c % 2 ? j : 0)) % 2 ? 1.f : -1.f;
+    for (const char* method : methods)
+        for (double radius : {0., .2, 1., 8., 100., 1000.}) {
+            const Blur blur = gaussian(method, radius);
+            EXPECT_LE(difference(onGl(blur, constant), constant), 1e-5) << blur.describe();
+            EXPECT_LE(cv::norm(onGl(blur, signs).reshape(1), cv::NORM_INF), 1.001) << blur.describe();
+        }
 }
