@@ -164,34 +164,42 @@ BRUME_INLINE Vector weighted(const Vector (&s)[6], const Vector* w) {
     return ((s[0] * w[0] + s[1] * w[1]) + (s[2] * w[2] + s[3] * w[3])) + (s[4] * w[4] + s[5] * w[5]);
 }
 
-// out = Σ w[m]·rows[m], m = 0..5; whole vectors of four pixels, so reads and writes up to three more.
-BRUME_VECTORISE static void sixSum(float* out, const float* const rows[6], const float w[6], int floats) {
-    Four weights[6];
-    const float* from[6];
-    for (int m = 0; m < 6; m++) weights[m] = Four{} + w[m], from[m] = rows[m];
-    for (int i = 0; i < floats; i += 16) {
-        Four s[6];
-        for (int m = 0; m < 6; m++) s[m] = *(const Four*)(from[m] + i);
-        *(Four*)(out + i) = weighted(s, weights);
-    }
+// Six rows' weighted sum, four pixels from float i on.
+BRUME_INLINE Four columnSum(const float* const (&rows)[6], const Four (&w)[6], int i) {
+    Four s[6];
+    for (int m = 0; m < 6; m++) s[m] = *(const Four*)(rows[m] + i);
+    return weighted(s, w);
+}
+// One pixel of four, four times.
+template <int pixel>
+BRUME_INLINE Four fourTimes(Four a) {
+    constexpr int k = 4 * pixel;
+    return __builtin_shufflevector(a, a, k, k + 1, k + 2, k + 3, k, k + 1, k + 2, k + 3, k, k + 1, k + 2,
+                                   k + 3, k, k + 1, k + 2, k + 3);
+}
+// Four pixels from `pixel` on of eight.
+template <int pixel>
+BRUME_INLINE Four fourFrom(Four a, Four b) {
+    constexpr int k = 4 * pixel;
+    return __builtin_shufflevector(a, b, k, k + 1, k + 2, k + 3, k + 4, k + 5, k + 6, k + 7, k + 8, k + 9,
+                                   k + 10, k + 11, k + 12, k + 13, k + 14, k + 15);
 }
 
-// One pixel four times; reads three pixels more (GCC 12 takes a load of one through memory).
-BRUME_INLINE Four fourTimes(const float* pixel) {
-    Four a = *(const Four*)pixel;
-    return __builtin_shufflevector(a, a, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
-}
 // Twice as many pixels: those in the place of a small one from five, those between from `near` on each side.
 template <int near>
-BRUME_INLINE void doubleLine(float* out, const float* line, const float* phases, int width) {
+BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[6], const Four (&w)[6],
+                             const float* phases, int width) {
     Four even[6], odd[6];
     for (int m = 0; m < 6; m++) {
-        even[m] = fourTimes(phases + 16 * m);
-        odd[m] = fourTimes(phases + 16 * m + 4);
+        const Four both = *(const Four*)(phases + 16 * m);
+        even[m] = fourTimes<0>(both);
+        odd[m] = fourTimes<1>(both);
     }
-    for (int j = 0; 2 * j < width; j += 4) {
-        Four s[6];
-        for (int m = 0; m < 6; m++) s[m] = *(const Four*)(line + 4 * (j + m - 2));
+    Four v[3] = {columnSum(rows, w, 0), columnSum(rows, w, 16), {}};
+    for (int j = 0; 2 * j < width; j += 4, v[0] = v[1], v[1] = v[2]) {
+        v[2] = columnSum(rows, w, 4 * (j + 8));
+        const Four s[6] = {v[0], fourFrom<1>(v[0], v[1]), fourFrom<2>(v[0], v[1]), fourFrom<3>(v[0], v[1]),
+                           v[1], fourFrom<1>(v[1], v[2])};
         Four a = ((s[0] * even[0] + s[1] * even[1]) + (s[2] * even[2] + s[3] * even[3])) + s[4] * even[4];
         Four b = (s[1] * odd[1] + s[2] * odd[2]) + (s[3] * odd[3] + s[4] * odd[4]);
         if constexpr (near == 3) b = b + (s[0] * odd[0] + s[5] * odd[5]);
@@ -202,26 +210,52 @@ BRUME_INLINE void doubleLine(float* out, const float* line, const float* phases,
     }
 }
 
-// `factor` pixels for each of the small line's: out[j·factor + phase] = Σ w[phase][m]·line[j + m], m = -2..3.
-// phases[phase/4][m] holds four phases' weights, four times each. Writes whole groups of phases, so up to
-// factor + 3 pixels beyond `width`.
-BRUME_VECTORISE static void enlargeLine(float* out, const float* line, const float* phases, int factor,
-                                        int width) {
-    if (factor == 2) {  // four small pixels side by side; both phases interleaved
-        if (phases[4] == 0.0f)
-            doubleLine<2>(out, line, phases, width);
-        else
-            doubleLine<3>(out, line, phases, width);
-        return;
-    }
-    Four s[6];
-    for (int m = 1; m < 6; m++) s[m] = fourTimes(line + 4 * (m - 3));
-    for (int j = 0; j * factor < width; j++) {
+// `groups` of four phases a small pixel.
+template <int groups>
+BRUME_INLINE void multiplyRows(float* out, const float* const (&rows)[6], const Four (&w)[6],
+                               const float* phases, int factor, int width) {
+    Four v = columnSum(rows, w, 0),
+         s[6] = {{}, fourTimes<0>(v), fourTimes<1>(v), fourTimes<2>(v), fourTimes<3>(v)};
+    v = columnSum(rows, w, 16);
+    s[5] = fourTimes<0>(v);
+    auto putNext = [&](Four next, int j) __attribute__((always_inline)) {
         for (int m = 0; m < 5; m++) s[m] = s[m + 1];
-        s[5] = fourTimes(line + 4 * (j + 3));
-        const Four* w = (const Four*)phases;
-        for (int phase = 0; phase < factor; phase += 4, w += 6)
-            *(Four*)(out + 4 * (j * factor + phase)) = weighted(s, w);
+        s[5] = next;
+        for (int g = 0; g < groups; g++)
+            *(Four*)(out + 4 * (j * factor + 4 * g)) = weighted(s, (const Four*)phases + 6 * g);
+    };
+    for (int j = 0; j * factor < width; j += 4) {
+        putNext(fourTimes<1>(v), j);
+        if ((j + 1) * factor >= width) break;
+        putNext(fourTimes<2>(v), j + 1);
+        if ((j + 2) * factor >= width) break;
+        putNext(fourTimes<3>(v), j + 2);
+        if ((j + 3) * factor >= width) break;
+        v = columnSum(rows, w, 4 * (j + 8));
+        putNext(fourTimes<0>(v), j + 3);
+    }
+}
+
+// `factor` pixels for each of the small ones that six rows sum up to, with weights w: out[j·factor + phase] =
+// Σ weight[phase][m]·sum[j + m], m = 0..5. phases[phase/4][m] holds four phases' weights, four times each.
+// Writes whole groups of phases, so up to factor + 3 pixels beyond `width` (8 if factor is 2); reads up to
+// eleven small pixels beyond the first that the last takes.
+BRUME_VECTORISE static void enlargeRows(float* out, const float* const* from, const float* weights,
+                                        const float* phases, int factor, int width) {
+    const float* rows[6];
+    Four w[6];
+    for (int m = 0; m < 6; m++) rows[m] = from[m], w[m] = Four{} + weights[m];
+    if (factor == 2 && phases[4] == 0.0f) return doubleRows<2>(out, rows, w, phases, width);
+    if (factor == 2) return doubleRows<3>(out, rows, w, phases, width);
+    switch ((factor + 3) / 4) {
+        case 1:
+            return multiplyRows<1>(out, rows, w, phases, factor, width);
+        case 2:
+            return multiplyRows<2>(out, rows, w, phases, factor, width);
+        case 3:
+            return multiplyRows<3>(out, rows, w, phases, factor, width);
+        default:
+            return multiplyRows<4>(out, rows, w, phases, factor, width);
     }
 }
 

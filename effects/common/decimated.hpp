@@ -197,29 +197,31 @@ inline cv::Mat decimatedImage(const cv::Mat& in, int factor, std::span<const flo
     return small.image();
 }
 
-/// What enlargeLine wants of the weights, and the three pixels that it reads beyond the last.
-inline std::vector<float> phaseGroups(int factor, std::span<const float> up) {
-    std::vector<float> groups(size_t(factor + 3) / 4 * 16 * enlargingTaps + 12, 0.0f);
+/// What enlargeRows wants of the weights.
+inline Scratch phaseGroups(int factor, std::span<const float> up) {
+    const size_t size = size_t(factor + 3) / 4 * 16 * enlargingTaps;
+    Scratch groups(size);
+    std::fill_n(groups.data(), size, 0.0f);
     for (int phase = 0; phase < factor; phase++)
         for (int m = 0; m < enlargingTaps; m++)
-            std::fill_n(groups.begin() + (phase / 4 * enlargingTaps + m) * 16 + phase % 4 * 4, 4,
+            std::fill_n(groups.data() + (phase / 4 * enlargingTaps + m) * 16 + phase % 4 * 4, 4,
                         up[enlargingTaps * phase + m]);
     return groups;
 }
 
-/// Floats of room that enlargeRow needs between, and for its result, to make `count` pixels.
-inline size_t roomBetween(int factor, int count) { return 4 * size_t((count - 1) / factor + 16); }
+/// Floats of room for `count` pixels of enlargeRow.
 inline size_t roomEnlarged(int factor, int count) { return 4 * size_t(count + factor + 16); }
+
+/// Small images that are enlarged have room to be read beyond their last pixel, see enlargeRows.
+constexpr int beyondSmall = 12;
 
 /// `count` pixels of row y of the enlarged small image from column `from`, a multiple of `factor`, on.
 inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, const float* groups,
-                       int y, int from, int count, float* between, float* out) {
+                       int y, int from, int count, float* out) {
     const int first = from / factor + smallMargin - 2, row = y / factor + smallMargin - 2;
     const float* rows[enlargingTaps];
     for (int m = 0; m < enlargingTaps; m++) rows[m] = small.ptr<float>(row + m) + 4 * first;
-    sixSum(between, rows, up.data() + enlargingTaps * (y % factor),
-           4 * std::min((count - 1) / factor + enlargingTaps, small.cols - first));
-    enlargeLine(out, between + 8, groups, factor, count);
+    enlargeRows(out, rows, up.data() + enlargingTaps * (y % factor), groups, factor, count);
 }
 
 /// `in` and `out` are CV_32FC4 of one size and do not overlap.
@@ -227,17 +229,16 @@ inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& 
     if (blur.factor == 1) return separableFir(in, out, blur.small, streams);
     // The output is written last, so its memory can hold the small image until then.
     cv::Mat small = decimatedImage(in, blur.factor, blur.prefilter, out);
-    Scratch memory(4 * small.total());
+    Scratch memory(4 * (small.total() + beyondSmall));
     cv::Mat blurred(small.size(), CV_32FC4, memory.data());
     separableFir(small, blurred, blur.small);
-    const std::vector<float> groups = phaseGroups(blur.factor, blur.up);
+    const Scratch groups = phaseGroups(blur.factor, blur.up);
     cv::parallel_for_(
         cv::Range(0, in.rows),
         [&](const cv::Range& range) {
-            Scratch between(roomBetween(blur.factor, in.cols)), line(roomEnlarged(blur.factor, in.cols));
+            Scratch line(roomEnlarged(blur.factor, in.cols));
             for (int y = range.start; y < range.end; y++) {
-                enlargeRow(blurred, blur.factor, blur.up, groups.data(), y, 0, in.cols, between.data(),
-                           line.data());
+                enlargeRow(blurred, blur.factor, blur.up, groups.data(), y, 0, in.cols, line.data());
                 brume::putRow(out.ptr<float>(y), line.data(), 4 * size_t(in.cols), streams);
             }
             if (streams) brume::streamEnd();

@@ -13,7 +13,7 @@ namespace fog_blur {
 class Room {
   public:
     cv::Mat take(cv::Size size) {
-        memory_.emplace_back(4 * size_t(size.area()));
+        memory_.emplace_back(4 * (size_t(size.area()) + blur::beyondSmall));
         return cv::Mat(size, CV_32FC4, memory_.back().data());
     }
 

@@ -1,0 +1,157 @@
+// FIRs of the levels that fog_blur does not decimate, on the CPU: four rows side by side, a vector lane a pixel
+// of each, so that filtering along rows reads whole vectors and each of them once, as filtering across does.
+// Every output sums its taps in rising order.
+#pragma once
+
+#include <utility>
+
+#include "common/filter_lines.hpp"
+#include "fog_blur/sharp_cpu.hpp"
+
+namespace fog_blur {
+
+/// Rows side by side; floats of one step along them.
+constexpr int laneRows = 4, laneFloats = 4 * laneRows;
+/// Outputs made at a time, and reaches there is code for.
+constexpr int atOnce = 8, longestReach = 12;
+
+// a[k] = Σ taps[t]·vectors[k + t]; `half` holds the centre tap and one side's.
+template <int reach, class Load>
+BRUME_INLINE void sumEight(Four (&a)[atOnce], const float* half, Load load) {
+    float taps[reach + 1];
+    for (int t = 0; t <= reach; t++) taps[t] = half[t];
+#pragma GCC unroll 32
+    for (int u = 0; u < atOnce + 2 * reach; u++) {
+        const Four x = load(u);
+#pragma GCC unroll 8
+        for (int k = 0; k < atOnce; k++) {
+            const int t = u - k;
+            if (t < 0 || t > 2 * reach) continue;
+            const Four term = x * taps[t < reach ? reach - t : t - reach];
+            a[k] = t == 0 ? term : a[k] + term;
+        }
+    }
+}
+
+// Rows of `count` filtered pixels, from `lanes` that begin `reach` pixels before; whole groups of eight.
+template <int reach>
+BRUME_INLINE void alongBy(float* const* rows, const float* lanes, const float* half, int count) {
+    for (int i = 0; i < count; i += atOnce) {
+        Four a[atOnce];
+        sumEight<reach>(a, half, [&](int u) { return *(const Four*)(lanes + laneFloats * (i + u)); });
+        for (int part = 0; part < atOnce; part += 4) {
+            Four b[4] = {a[part], a[part + 1], a[part + 2], a[part + 3]};
+            blur::transpose(b);
+            for (int k = 0; k < laneRows; k++) *(Four*)(rows[k] + 4 * (i + part)) = b[k];
+        }
+    }
+}
+// Eight rows of filtered pixels from rows[0 .. 7 + 2·reach]; whole groups of four.
+template <int reach>
+BRUME_INLINE void acrossBy(float* const* out, const float* const* rows, const float* half, int count) {
+    for (int i = 0; i < count; i += 4) {
+        Four a[atOnce];
+        sumEight<reach>(a, half, [&](int u) { return *(const Four*)(rows[u] + 4 * i); });
+        for (int k = 0; k < atOnce; k++) *(Four*)(out[k] + 4 * i) = a[k];
+    }
+}
+
+template <class Do, int... reaches>
+BRUME_INLINE void withReach(int reach, Do run, std::integer_sequence<int, reaches...>) {
+    ((reach == reaches ? (run(std::integral_constant<int, reaches>()), 0) : 0), ...);
+}
+BRUME_VECTORISE static void filterAlong(float* const* rows, const float* lanes, const float* half, int reach,
+                                        int count) {
+    withReach(
+        reach, [&](auto n) __attribute__((always_inline)) { alongBy<n>(rows, lanes, half, count); },
+        std::make_integer_sequence<int, longestReach + 1>());
+}
+BRUME_VECTORISE static void filterAcross(float* const* out, const float* const* rows, const float* half,
+                                         int reach, int count) {
+    withReach(
+        reach, [&](auto n) __attribute__((always_inline)) { acrossBy<n>(out, rows, half, count); },
+        std::make_integer_sequence<int, longestReach + 1>());
+}
+
+// Four rows of sharp pixels and their deviations side by side; whole groups of four pixels.
+BRUME_VECTORISE static void interleaveRows(float* lanes, float* laneSigmas, const float* const* colors,
+                                           const float* const* sigmas, int count) {
+    for (int i = 0; i < count; i += 4) {
+        Four a[4];
+        for (int k = 0; k < laneRows; k++) a[k] = *(const Four*)(colors[k] + 4 * i);
+        blur::transpose(a);
+        for (int k = 0; k < 4; k++) *(Four*)(lanes + laneFloats * (i + k)) = a[k];
+        for (int k = 0; k < 4; k++)
+            for (int row = 0; row < laneRows; row++) laneSigmas[laneRows * (i + k) + row] = sigmas[row][i + k];
+    }
+}
+
+// What a blur of `sigma` takes of them.
+BRUME_VECTORISE static void weighLanes(float* out, const float* lanes, const float* laneSigmas, float sigma,
+                                       int count) {
+    const float inverse = 1.0f / sigma;
+    for (int i = 0; i < count; i += 4) {
+        Four weights = *(const Four*)(laneSigmas + laneRows * i) * inverse;
+        const Four one = Four{} + 1.0f;
+        weights = weights < one ? weights : one;
+        const Four each[4] = {
+            __builtin_shufflevector(weights, weights, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3),
+            __builtin_shufflevector(weights, weights, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7),
+            __builtin_shufflevector(weights, weights, 8, 8, 8, 8, 9, 9, 9, 9, 10, 10, 10, 10, 11, 11, 11, 11),
+            __builtin_shufflevector(weights, weights, 12, 12, 12, 12, 13, 13, 13, 13, 14, 14, 14, 14, 15, 15,
+                                    15, 15)};
+        for (int k = 0; k < 4; k++)
+            *(Four*)(out + laneFloats * (i + k)) = *(const Four*)(lanes + laneFloats * (i + k)) * each[k];
+    }
+}
+
+/// The rows round those being made, four side by side, `margin` pixels wider than `width` on each side and
+/// with eight more to the right that mean nothing.
+class LaneRows {
+  public:
+    LaneRows(const Source& source, int width, int margin)
+        : source_(source),
+          margin_(margin),
+          wide_((width + 2 * margin + atOnce + 3) / 4 * 4),
+          groups_((atOnce + 2 * margin) / laneRows + 3),
+          colors_(size_t(groups_) * laneFloats * wide_),
+          sigmas_(size_t(groups_) * laneRows * wide_),
+          rowColors_(size_t(laneRows) * 4 * wide_),
+          rowSigmas_(size_t(laneRows) * wide_) {}
+    void begin(int x0, int count) { from_ = done_ = 0, x0_ = x0, count_ = count; }
+    // Has rows y to y + 7, with those that lie `around` above and below; y rises.
+    void advance(int y, int around) {
+        const int first = std::max(0, y - around) / laneRows,
+                  end = (std::min(y + atOnce + around, source_.color.rows) + laneRows - 1) / laneRows;
+        if (first < from_ || first > done_) from_ = done_ = first;
+        for (; done_ < end; done_++) take(done_);
+        from_ = std::max(from_, done_ - groups_);
+    }
+    // Of rows 4·group and on, from `before` pixels left of x0 on; before <= margin.
+    const float* color(int group, int before) const {
+        return colors_.data() + (size_t(group % groups_) * wide_ + margin_ - before) * laneFloats;
+    }
+    const float* sigma(int group, int before) const {
+        return sigmas_.data() + (size_t(group % groups_) * wide_ + margin_ - before) * laneRows;
+    }
+
+  private:
+    void take(int group) {
+        const float *colors[laneRows], *sigmas[laneRows];
+        for (int k = 0; k < laneRows; k++) {
+            float *color = rowColors_.data() + size_t(k) * 4 * wide_,
+                  *sigma = rowSigmas_.data() + size_t(k) * wide_;
+            sharpReplicated(color, sigma, source_, std::min(group * laneRows + k, source_.color.rows - 1),
+                            x0_ - margin_, count_ + 2 * margin_, atOnce);
+            colors[k] = color, sigmas[k] = sigma;
+        }
+        const size_t at = size_t(group % groups_) * wide_;
+        interleaveRows(colors_.data() + at * laneFloats, sigmas_.data() + at * laneRows, colors, sigmas,
+                       (count_ + 2 * margin_ + 3) / 4 * 4);
+    }
+    const Source& source_;
+    int margin_, wide_, groups_, from_ = 0, done_ = 0, x0_ = 0, count_ = 0;
+    blur::Scratch colors_, sigmas_, rowColors_, rowSigmas_;
+};
+
+}  // namespace fog_blur

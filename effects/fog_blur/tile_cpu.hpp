@@ -1,0 +1,175 @@
+// One tile of fog_blur's output on the CPU: the rows of the levels it needs, made as it goes down.
+#pragma once
+
+#include "fog_blur/lanes_cpu.hpp"
+#include "fog_blur/mix_cpu.hpp"
+#include "fog_blur/small_cpu.hpp"
+
+namespace fog_blur {
+
+/// Pixels across a tile, and rows of it that are made together: a cell.
+constexpr int tileWidth = cellWidth, madeRows = cellHeight;
+static_assert(madeRows == atOnce && tileWidth % atOnce == 0);
+
+// A level that is not decimated: rows filtered along themselves in a ring, the finished ones in `made`.
+class FirLevel {
+  public:
+    explicit FirLevel(const LadderLevel& level)
+        : level_(&level),
+          lines_(2 * reach() + madeRows + 2 * laneRows),
+          ring_(size_t(lines_) * 4 * tileWidth),
+          made_(size_t(madeRows) * 4 * tileWidth),
+          weighed_(size_t(tileWidth + 2 * reach() + atOnce) * laneFloats) {}
+    int reach() const { return int(level_->taps.size()) - 1; }
+    void begin() { done_ = 0; }
+    // Rows y to y + 7 of a picture `height` px high; y rises, and may leave rows out.
+    void make(const LaneRows& sharp, bool keepEdges, int y, int count, int height) {
+        done_ = std::max(done_, std::max(0, y - reach()) / laneRows);
+        for (; done_ * laneRows < std::min(y + madeRows + reach(), height); done_++) {
+            const float* lanes = sharp.color(done_, reach());
+            if (keepEdges) {
+                weighLanes(weighed_.data(), lanes, sharp.sigma(done_, reach()), level_->sigma,
+                           (count + 2 * reach() + 3) / 4 * 4);
+                lanes = weighed_.data();
+            }
+            float* to[laneRows];
+            for (int k = 0; k < laneRows; k++) to[k] = slot(laneRows * done_ + k);
+            filterAlong(to, lanes, level_->taps.data(), reach(), count);
+        }
+        const float* rows[madeRows + 2 * longestReach];
+        for (int u = 0; u < madeRows + 2 * reach(); u++)
+            rows[u] = slot(std::clamp(y - reach() + u, 0, height - 1));
+        float* to[madeRows];
+        for (int k = 0; k < madeRows; k++) to[k] = made_.data() + size_t(k) * 4 * tileWidth;
+        filterAcross(to, rows, level_->taps.data(), reach(), count);
+    }
+    const float* row(int k) const { return made_.data() + size_t(k) * 4 * tileWidth; }
+
+  private:
+    float* slot(int y) const { return ring_.data() + size_t(y % lines_) * 4 * tileWidth; }
+    const LadderLevel* level_;
+    int lines_, done_ = 0;  // groups of rows in the ring
+    blur::Scratch ring_, made_, weighed_;
+};
+
+// A level that is a small image: single rows of it, enlarged when asked for.
+class EnlargedLevel {
+  public:
+    EnlargedLevel(const LadderLevel& level, const cv::Mat& small)
+        : level_(&level),
+          small_(small),
+          phases_(blur::phaseGroups(level.factor, level.up)),
+          made_(blur::roomEnlarged(level.factor, tileWidth + level.factor)) {}
+    // Asks for the small rows that rows y to y + 7 take first, below those before.
+    void askFor(int y, int x0, int count) const {
+        const int factor = level_->factor, x = x0 / factor + blur::smallMargin - 2;
+        for (int j = (y + factor - 1) / factor; j * factor < y + madeRows; j++) {
+            const int row = j + blur::smallMargin + 1;
+            if (row >= small_.rows) break;
+            for (int i = 0; i < 4 * (count / factor + 6); i += 16)
+                __builtin_prefetch(small_.ptr<float>(row) + 4 * x + i);
+        }
+    }
+    int factor() const { return level_->factor; }
+    // `count` pixels of row y from x0 on, until the next call.
+    const float* row(int y, int x0, int count) const {
+        const int before = x0 % level_->factor;
+        blur::enlargeRow(small_, level_->factor, level_->up, phases_.data(), y, x0 - before, count + before,
+                         made_.data());
+        return made_.data() + 4 * before;
+    }
+
+  private:
+    const LadderLevel* level_;
+    cv::Mat small_;
+    blur::Scratch phases_, made_;
+};
+
+// madeRows at a time.
+class Tile {
+  public:
+    Tile(const Source& source, const Ladder& ladder, std::span<const cv::Mat> small)
+        : source_(source),
+          ladder_(ladder),
+          sharp_(source, tileWidth, marginOf(ladder)),
+          self_(4 * size_t(tileWidth)),
+          mixed_(4 * size_t(tileWidth)) {
+        for (size_t l = 0; l < ladder.levels.size(); l++)
+            if (ladder.levels[l].factor == 1)
+                firs_.emplace_back(ladder.levels[l]);
+            else
+                enlarged_.emplace_back(ladder.levels[l], small[l]);
+        nodes_.resize(ladder.levels.size() + 2);
+    }
+    void begin(int x0, int count) {
+        x0_ = x0, count_ = count;
+        sharp_.begin(x0, count);
+        for (FirLevel& level : firs_) level.begin();
+    }
+    /// Calls put(k, row) with each blurred row y + k.
+    template <class Put>
+    void make(int y, int rowCount, int height, const Nodes& needed, const Extremes& extremes, Put put) {
+        const bool isSharp = needed.high < needed.low,
+                   isLevel = needed.low == needed.high && extremes.isEven();
+        const int firEnd = std::min(needed.high, int(firs_.size()));
+        if (needed.low <= firEnd) {
+            sharp_.advance(y, firs_[firEnd - 1].reach());
+            for (int node = needed.low; node <= firEnd; node++)
+                firs_[node - 1].make(sharp_, ladder_.keepEdges, y, count_, height);
+        }
+        for (int node = std::max(needed.low, firEnd + 1); node <= needed.high; node++) {
+            const EnlargedLevel& level = enlargedAt(node);
+            level.askFor(y + rowCount + 2 * level.factor(), x0_, count_);
+        }
+        // The colours and deviations of the next cell; FIRs have asked for theirs.
+        auto askForRow = [&](int next) {
+            const int below = std::min(next, height - 1);
+            const float *color = source_.color.ptr<float>(below) + 4 * x0_,
+                        *sigma = source_.sigma.ptr<float>(below) + x0_;
+            for (int x = 0; x < count_; x += 4) __builtin_prefetch(color + 4 * x);
+            for (int x = 0; x < count_; x += 16) __builtin_prefetch(sigma + x);
+        };
+        auto rowOf = [&](int node, int k) {
+            return node <= int(firs_.size()) ? firs_[node - 1].row(k) : enlargedAt(node).row(y + k, x0_, count_);
+        };
+        for (int k = 0; k < rowCount; k++) {
+            float *row = mixed_.data(), *self = self_.data();
+            askForRow(y + k + madeRows);
+            sharpen(self, source_.color.ptr<float>(y + k) + 4 * x0_, count_);
+            if (isSharp || isLevel) {
+                std::copy_n(isSharp ? self : rowOf(needed.low, k), 4 * count_, row);
+            } else {
+                // The sharp row in place of nodes that no pixel needs.
+                for (const float*& node : nodes_) node = self;
+                for (int node = needed.low; node <= needed.high; node++) nodes_[node] = rowOf(node, k);
+                placesOf(places_, ladder_.largest, int(ladder_.levels.size()),
+                         source_.sigma.ptr<float>(y + k) + x0_, count_);
+                mix(row, places_, ladder_.nodeWeights.data(), nodes_.data(), count_);
+            }
+            if (!isSharp && ladder_.keepEdges) divide(row, self, count_);
+            put(k, row);
+        }
+    }
+
+  private:
+    static int marginOf(const Ladder& ladder) {
+        int margin = 0;
+        for (const LadderLevel& level : ladder.levels)
+            if (level.factor == 1) margin = std::max(margin, int(level.taps.size()) - 1);
+        return margin;
+    }
+    // Levels that are decimated come after those that are not.
+    const EnlargedLevel& enlargedAt(int node) const { return enlarged_[size_t(node) - 1 - firs_.size()]; }
+
+    const Source& source_;
+    const Ladder& ladder_;
+    int x0_ = 0, count_ = 0;
+    LaneRows sharp_;
+    std::vector<FirLevel> firs_;
+    std::vector<EnlargedLevel> enlarged_;
+    std::vector<const float*> nodes_;
+    blur::Scratch self_, mixed_;
+    Places places_;
+};
+
+}  // namespace fog_blur
