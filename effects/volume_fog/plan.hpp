@@ -1,7 +1,9 @@
 // What this frame needs of volume_fog (MODELS.md §9): methods and step counts are tried on some of its rays.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "effect/plan.hpp"
 #include "error.hpp"
@@ -78,6 +80,30 @@ inline const char* nameOf(int method) {
     return names[method];
 }
 
+// A method of the march; `exactly` is the one that tends to the truth.
+inline brume::Trial::Fog fogOf(const Params& p, const RayMarch& march, int exactly) {
+    return [&p, &march, exactly](int tile, int method, int steps, brume::TrialOutcome& outcome) {
+        Params tried = p;
+        tried.method = method, tried.steps = steps;
+        if (method == exactly) {
+            tried.method = p.point_lights.empty() ? Midpoint : Equiangular;
+            tried.early_stop = false, tried.noise_every = 1;
+        }
+        march(tile, tried, outcome);
+    };
+}
+
+// One ray of every tile of the frame.
+struct Everywhere {
+    std::vector<brume::Probe> rays;
+    RayMarch march;
+    brume::Trial trial;
+    Everywhere(const Params& p, const brume::PlanInput& in, int exactly)
+        : rays(raysEverywhere(in)),
+          march(p, in, rays),
+          trial(in, rays, fogOf(p, march, exactly), exactly, 2048) {}
+};
+
 inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
     brume::Plan plan;
     const Bounds bounds = boundsOf(p, in);
@@ -102,22 +128,23 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
     constexpr int exactly = -1;
     const Rays rays(p, in);
     const RayMarch march(p, in, rays.all());
-    auto fog = [&](int tile, int method, int steps, brume::TrialOutcome& outcome) {
-        Params tried = p;
-        tried.method = method, tried.steps = steps;
-        if (method == exactly) {
-            tried.method = p.point_lights.empty() ? Midpoint : Equiangular;
-            tried.early_stop = false, tried.noise_every = 1;
-        }
-        march(tile, tried, outcome);
-    };
+    auto fog = fogOf(p, march, exactly);
     brume::Trial trial(in, rays.all(), fog, exactly, 4096);
     const double lampShare = march.lampShare();
+    // Edges of shadows that a ray crosses may by chance all err to one side, on a few rays of a frame:
+    // whatever takes more steps than these is also tried on one ray of every tile, for a fiftieth of its
+    // time.
+    constexpr int few = 8;
+    const bool hasShadow = p.shadow_strength > 0 && shadowLight(in.scene.extras);
+    std::unique_ptr<Everywhere> everywhere;
     // A ray is one of many: the worst of all is taken for twice the worst of those tried, for four times
-    // where noise is shared between steps (2.9 times was seen).
+    // where noise is shared between steps (2.9 times was seen); for half as much again where every tile was.
     auto errorOf = [&](const brume::TrialOption& option, double enough) {
         const double margin = option.method == SharedNoise ? 4 : 2;
-        return margin * trial.error(option.method, option.steps, enough / margin) + trial.doubt();
+        const double own = margin * trial.error(option.method, option.steps, enough / margin) + trial.doubt();
+        if (!hasShadow || option.steps <= few || own > enough) return own;
+        if (!everywhere) everywhere = std::make_unique<Everywhere>(p, in, exactly);
+        return std::max(own, 1.5 * everywhere->trial.error(option.method, option.steps, enough / 1.5));
     };
     const brume::TrialChoice best =
         brume::cheapest(optionsOf(p, in, lampShare), in.tolerance, in.chooses("steps"), errorOf);
