@@ -158,7 +158,7 @@ BRUME_VECTORISE static void rowsBackward(float* out, int stride, CascadeState* e
 }
 
 /// Whether cascadedBlur takes an image of so many rows: otherwise its bands would be most of the image.
-inline bool isCascaded(int height, int reach) { return reach <= std::max(128, height / 4); }
+inline bool isCascaded(int height, int reach) { return reach <= std::max(128, height / 3); }
 
 /// `in` and `out` are CV_32FC4 of one size and do not overlap; `reach` as of Cascade, `streams`:
 /// CpuContext::outputIsStreamed.
@@ -167,7 +167,7 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
     CascadeNumbers numbers;
     std::memcpy(&numbers, cascade.data(), sizeof numbers);
     const int width = in.cols, height = in.rows, floats = 4 * width, room = (floats + 15) / 16 * 16;
-    const int last = (height + 7) / 8 * 8, band = 64, around = (reach + 7) / 8 * 8, ringRows = band + around;
+    const int last = (height + 7) / 8 * 8, band = 128, around = (reach + 7) / 8 * 8, ringRows = band + around;
     // Tasks look at `reach` rows beyond theirs; always as many, so that bits do not depend on threads.
     const int tasks = height < 2 * reach ? 1 : std::clamp(height / (16 * std::max(reach, 1)) * 2, 2, 16);
     cv::parallel_for_(
