@@ -21,7 +21,7 @@
     {"NAME": "edges", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["keep", "bleed"], "DEFAULT": 0, "LABEL": "Edges",
      "HINT": "keep: a surface in thinner fog does not bleed into what lies behind it"},
     {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["ladder", "gather"], "AUTO": true, "DEFAULT": 0,
-     "LABEL": "Method", "HINT": "ladder interpolates blurred images; gather weighs each pixel's surroundings by themselves and takes a hundred times as long; auto takes gather where the ladder's error could show"}
+     "LABEL": "Method", "HINT": "ladder mixes, for each pixel, the nearest four of a few evenly blurred pictures: milliseconds, and off by at most a fiftieth of the brightest light within the pixel's blur; gather weighs each pixel's surroundings by themselves: exact, and seconds a frame; auto estimates from the frame's lights whether the ladder's error could show, and takes gather only there"}
   ],
   "DERIVED": [
     {"NAME": "largestSigma", "TYPE": "float", "FROM": ["radius", "size"]},
@@ -60,7 +60,8 @@
     ]
   },
   "BREAKS": [
-    "ladder: off by .02 of the brightest input within reach, and somewhat more beside silhouettes that are kept",
+    "ladder: a pixel may be off by a fiftieth (.02) of the brightest light within its blur, somewhat more beside silhouettes that are kept. That is seen only in the dark beside bright lights",
+    "auto goes by an estimate of that, no bound: see docs/PLAN.md for how often it was measured, and how near it came",
     "gather: costs as many taps as its largest blur covers, (8 radii)²: choose ladder where speed counts more",
     "edges: bleed mixes up to half of a near surface into what lies behind its silhouette",
     "GLSL keeps the ladder in one strip about eight times as wide as the frame: too wide for 4K on some drivers"
@@ -68,15 +69,19 @@
   "STABILITY": [
     {"NAME": "radius", "STRESS": {"NAME": "radius", "UNIT": "px", "RANGE": [0.1, 50], "VALUES": [64], "REFUSED": [-1, 65, 1000, "inf", "NaN"]},
      "FRAME": {"SCENE": "lamps", "WIDTH": 48, "HEIGHT": 12}, "SET": {"radius": "$stress", "edges": "bleed"},
+     "BREAKS": "the ladder may be off by a fiftieth of a lamp, which shows in the dark beside it; this frame is lamps in the dark",
      "HOLDS": {"ladder": [[0.1, 0.2], [20, 64]]}},
     {"NAME": "radius, edges kept", "STRESS": {"NAME": "radius", "UNIT": "px", "RANGE": [0.1, 50], "VALUES": [64], "REFUSED": [65]},
      "FRAME": {"SCENE": "lamps", "WIDTH": 48, "HEIGHT": 12}, "SET": {"radius": "$stress", "edges": "keep"},
+     "BREAKS": "the ladder may be off by a fiftieth of a lamp, which shows in the dark beside it; this frame is lamps in the dark",
      "HOLDS": {"ladder": [0.1, 0.2]}},
     {"NAME": "falloff", "STRESS": {"NAME": "falloff exponent", "VALUES": [0.25, 0.5, 1, 2, 4, 8], "REFUSED": [-1, 0, 9]},
      "FRAME": {"SCENE": "lamps", "WIDTH": 48, "HEIGHT": 12}, "SET": {"radius": 4, "falloff": "$stress", "edges": "bleed"},
+     "BREAKS": "the ladder may be off by a fiftieth of a lamp, which shows in the dark beside it; this frame is lamps in the dark",
      "HOLDS": {"ladder": []}},
     {"NAME": "image size", "STRESS": {"NAME": "width and height", "UNIT": "px", "VALUES": [1, 2, 3, 5, 8, 13, 21]},
      "FRAME": {"SCENE": "lamps", "WIDTH": "$stress", "HEIGHT": "$stress"}, "SET": {"radius": 20},
+     "BREAKS": "the ladder may be off by a fiftieth of a lamp, which shows in the dark beside it; this frame is lamps in the dark",
      "HOLDS": {"ladder": [1, 5]}},
     {"NAME": "one bright pixel", "STRESS": {"NAME": "brightness", "VALUES": [1, 10, 100, 1000, 65504, 1e30, "inf", "NaN"]},
      "FRAME": {"SCENE": "lamp", "WIDTH": 33, "HEIGHT": 9, "PIXEL": "$stress"}, "SET": {"radius": 4},

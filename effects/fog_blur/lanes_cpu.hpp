@@ -1,6 +1,6 @@
-// FIRs of the levels that fog_blur does not decimate, on the CPU: four rows side by side, a vector lane a pixel
-// of each, so that filtering along rows reads whole vectors and each of them once, as filtering across does.
-// Every output sums its taps in rising order.
+// FIRs of the levels that fog_blur does not decimate, on the CPU: four rows side by side, a vector lane a
+// pixel of each, so that filtering along rows reads whole vectors and each of them once, as filtering across
+// does. Every output sums its taps in rising order.
 #pragma once
 
 #include <utility>
@@ -82,7 +82,8 @@ BRUME_VECTORISE static void interleaveRows(float* lanes, float* laneSigmas, cons
         blur::transpose(a);
         for (int k = 0; k < 4; k++) *(Four*)(lanes + laneFloats * (i + k)) = a[k];
         for (int k = 0; k < 4; k++)
-            for (int row = 0; row < laneRows; row++) laneSigmas[laneRows * (i + k) + row] = sigmas[row][i + k];
+            for (int row = 0; row < laneRows; row++)
+                laneSigmas[laneRows * (i + k) + row] = sigmas[row][i + k];
     }
 }
 

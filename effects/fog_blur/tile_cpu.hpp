@@ -130,7 +130,8 @@ class Tile {
             for (int x = 0; x < count_; x += 16) __builtin_prefetch(sigma + x);
         };
         auto rowOf = [&](int node, int k) {
-            return node <= int(firs_.size()) ? firs_[node - 1].row(k) : enlargedAt(node).row(y + k, x0_, count_);
+            return node <= int(firs_.size()) ? firs_[node - 1].row(k)
+                                             : enlargedAt(node).row(y + k, x0_, count_);
         };
         for (int k = 0; k < rowCount; k++) {
             float *row = mixed_.data(), *self = self_.data();
