@@ -276,20 +276,31 @@ void reference(const HeightFog& p, const ReferenceContext& c, std::span<const cv
             auto take = [&] { sum += change, change = 0; };
             for (int sign : {-1, 1}) against(referenceDepth(p, eye, L, up + sign * 4 * epsilon, n));
             take();
+            const double dy = std::isfinite(L) ? std::abs(L * up) : 0;
+            const double exponent =
+                p.profile == exponential
+                    ? std::max({std::abs(p.falloff * (eye - p.height)),
+                                std::abs(p.falloff2 * (eye - p.height2)), p.falloff * dy, p.falloff2 * dy})
+                    : 0;
             if (std::isfinite(L)) {
-                const double dy = std::abs(L * up);
                 for (int sign : {-1, 1}) against(referenceDepth(p, eye + sign * 4 * epsilon * dy, L, up, n));
                 take();
-                const double exponent = p.profile == exponential
-                                            ? std::max({std::abs(p.falloff * (eye - p.height)),
-                                                        std::abs(p.falloff2 * (eye - p.height2)),
-                                                        p.falloff * dy, p.falloff2 * dy})
-                                            : 0;
                 against(depth * (1 + 4 * epsilon * (1 + exponent)) +
                         4 * epsilon * L * referenceDensity(p, eye + L * up, n));
                 take();
                 against(depth + approximate.changeOfHeights(eye, L, up, n));
                 take();
+            }
+            // Where a method is far from the truth, its own depth is what rounding moves.
+            if (std::isfinite(L) && !approximate.isExact()) {
+                const double own = approximate(eye, L, up, n);
+                const double moved =
+                    own * 4 * epsilon * (1 + exponent) + approximate.changeOfHeights(eye, L, up, n);
+                double around = std::exp(-std::max(0., own - moved)) - std::exp(-own);
+                for (int sign : {-1, 1})
+                    around +=
+                        std::abs(std::exp(-approximate(eye, L, up + sign * 4 * epsilon, n)) - std::exp(-own));
+                sum = std::max(sum, around);
             }
             const double reach = std::abs(C - A);
             pixel.allowance = std::max(pixel.allowance, sum * reach);
