@@ -68,8 +68,8 @@ StoredImage loadPfm(const std::string& path, size_t maxPixels) {
     };
     const int channels = word() == "PF" ? 3 : 1;
     const double width = number("width"), height = number("height"), scale = number("scale");
-    if (width != std::floor(width) || height != std::floor(height) || width > 1e9 || height > 1e9 ||
-        scale == 0)
+    if (width != std::floor(width) || height != std::floor(height) || width < 1 || height < 1 ||
+        width > 1e9 || height > 1e9 || scale == 0)
         failIo(path, ": has a senseless PFM header");
     requireSize(path, int64_t(width), int64_t(height), maxPixels);
     if (place < bytes.size() && bytes[place] == '\r' && place + 1 < bytes.size() && bytes[place + 1] == '\n')

@@ -110,8 +110,8 @@ TEST_F(Reading, PfmScaleIsByteOrderAndNothingElse) {
     const cv::Mat color = ramp(CV_32FC3);
     writeText("a.pfm", "PF\n6 4\n-1\n" + rawFloats(color, false, true));
     EXPECT_EQ(bitsThatDiffer(readImage(file("a.pfm")), color), 0);
-    for (const char* bad :
-         {"Pf\n6 x\n-1\n", "Pf\n6 4\n0\n", "Pf\n-6 4\n-1\n", "Pf\n6.5 4\n-1\n", "Pf\n", "Pf\n6 4\nnan\n"}) {
+    for (const char* bad : {"Pf\n6 x\n-1\n", "Pf\n6 4\n0\n", "Pf\n-6 4\n-1\n", "Pf\n6 -1e31\n-1\n",
+                            "Pf\n6.5 4\n-1\n", "Pf\n", "Pf\n6 4\nnan\n"}) {
         writeText("a.pfm", bad + rawFloats(pixels, false, true));
         sentenceOf(ErrorKind::Io, [&] { readImage(file("a.pfm")); });
     }
