@@ -18,6 +18,7 @@
 // with any whole period. The hash: Teschner et al. (2003) primes, then Wellons' "lowbias32" mixer.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
@@ -107,13 +108,17 @@ template <class Real>
     return (n0 + wz * (n1 - n0)) * Real(0.9649214);
 }
 
-// 4.1 what one lattice point adds: slope·(1/2 - r²)⁴
+// 4.1 what one lattice point adds: (1/2 - r²)⁴ times the slope
 template <class Real>
-[[gnu::always_inline]] inline Real simplexPoint(Real dx, Real dy, Real dz, uint32_t hash) {
+[[gnu::always_inline]] inline Real simplexReach(Real dx, Real dy, Real dz) {
     Real t = Real(0.5) - (dx * dx + dy * dy + dz * dz);
     t = t > Real(0) ? t : Real(0);
     t = t * t;
-    return t * t * latticeSlope(hash, dx, dy, dz);
+    return t * t;
+}
+template <class Real>
+[[gnu::always_inline]] inline Real simplexPoint(Real dx, Real dy, Real dz, uint32_t hash) {
+    return simplexReach(dx, dy, dz) * latticeSlope(hash, dx, dy, dz);
 }
 
 // 4.2 one cubic half of the lattice, seen from its nearest point `cell` at the difference (dx, dy, dz): that
@@ -136,13 +141,11 @@ template <class Real>
            simplexPoint(dx - Real(stepX), dy - Real(stepY), dz - Real(stepZ), hash1);
 }
 
-// 4. simplex noise: the whole points and the half points, scaled by 1/.01300716 to -1..1
+// 4. simplex noise at f in 0..1 of a cell: the whole points and the half points, scaled by 1/.01300716 to
+// -1..1
 template <class Real>
-[[gnu::always_inline]] inline Real simplexNoise(Real x, Real y, Real z, const NoiseLattice& lattice) {
-    const Real floorX = std::floor(x), floorY = std::floor(y), floorZ = std::floor(z);
-    const Real fx = x - floorX, fy = y - floorY, fz = z - floorZ;
-    const int32_t cellX = int32_t(floorX) + lattice.cellX, cellY = int32_t(floorY) + lattice.cellY,
-                  cellZ = int32_t(floorZ) + lattice.cellZ;
+[[gnu::always_inline]] inline Real simplexInCell(Real fx, Real fy, Real fz, int32_t cellX, int32_t cellY,
+                                                 int32_t cellZ, const NoiseLattice& lattice) {
     const int32_t upX = int32_t(fx >= Real(0.5)), upY = int32_t(fy >= Real(0.5)),
                   upZ = int32_t(fz >= Real(0.5));
     const Real whole = simplexHalf(fx - Real(upX), fy - Real(upY), fz - Real(upZ), cellX + upX, cellY + upY,
@@ -150,6 +153,95 @@ template <class Real>
     const Real half = simplexHalf(fx - Real(0.5), fy - Real(0.5), fz - Real(0.5), cellX, cellY, cellZ,
                                   lattice.mask, lattice.seed ^ 0x68e31da4u);
     return (whole + half) * Real(76.88073);
+}
+template <class Real>
+[[gnu::always_inline]] inline Real simplexNoise(Real x, Real y, Real z, const NoiseLattice& lattice) {
+    const Real floorX = std::floor(x), floorY = std::floor(y), floorZ = std::floor(z);
+    return simplexInCell(x - floorX, y - floorY, z - floorZ, int32_t(floorX) + lattice.cellX,
+                         int32_t(floorY) + lattice.cellY, int32_t(floorZ) + lattice.cellZ, lattice);
+}
+
+// 4.3 The gradients of the fifteen lattice points that simplex noise meets within a cell: where many places
+// lie in one cell, hashing is done once. Twice a gradient's component, 2, 0 or -2, is two bits at a float's
+// top, so a word holds that component for a point at every fourth bit, and a shift brings out one.
+struct SimplexGradients {
+    uint32_t x = 0, y = 0, z = 0;
+
+    void set(int point, uint32_t hash) {
+        auto topBits = [&](float x, float y, float z) {
+            return std::bit_cast<uint32_t>(2.0f * latticeSlope(hash, x, y, z) + 0.0f) >> 4 * point;
+        };
+        x |= topBits(1, 0, 0), y |= topBits(0, 1, 0), z |= topBits(0, 0, 1);
+    }
+    [[gnu::always_inline]] float slope(uint32_t shift, float dx, float dy, float dz) const {
+        auto component = [&](uint32_t word) { return std::bit_cast<float>((word << shift) & 0xc0000000u); };
+        return component(x) * dx + component(y) * dy + component(z) * dz;
+    }
+};
+
+struct SimplexCell {
+    SimplexGradients corners;   // at x + 2y + 4z
+    SimplexGradients next;      // of the centres towards +x, -x, +y, -y, +z, -z
+    float x = 0, y = 0, z = 0;  // twice the own centre's
+};
+
+inline SimplexCell simplexCell(int32_t cellX, int32_t cellY, int32_t cellZ, const NoiseLattice& lattice) {
+    auto hash = [&](int32_t x, int32_t y, int32_t z, uint32_t seed) {
+        return latticeHash(uint32_t(cellX + x) & lattice.mask, uint32_t(cellY + y) & lattice.mask,
+                           uint32_t(cellZ + z) & lattice.mask, seed);
+    };
+    const uint32_t halfSeed = lattice.seed ^ 0x68e31da4u;
+    SimplexCell cell;
+    for (int i = 0; i < 8; i++) cell.corners.set(i, hash(i & 1, i >> 1 & 1, i >> 2, lattice.seed));
+    for (int i = 0; i < 6; i++) {
+        const int32_t step = 1 - 2 * (i & 1), axis = i / 2;
+        cell.next.set(i, hash(axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0, halfSeed));
+    }
+    const uint32_t centre = hash(0, 0, 0, halfSeed);
+    cell.x = 2.0f * latticeSlope(centre, 1.0f, 0.0f, 0.0f);
+    cell.y = 2.0f * latticeSlope(centre, 0.0f, 1.0f, 0.0f);
+    cell.z = 2.0f * latticeSlope(centre, 0.0f, 0.0f, 1.0f);
+    return cell;
+}
+
+// 4.4 the same in a cell whose gradients are known. Choices are made by masks, all ones or none: a ^ ((a ^ b)
+// & mask) is b where the mask is. The largest difference is chosen by its square: where two differ by
+// rounding alone the point not chosen is sqrt(1/2) away, and adds nothing.
+[[gnu::always_inline]] inline float simplexInCell(float fx, float fy, float fz, const SimplexCell& cell) {
+    auto mask = [](bool isSet) { return uint32_t(-int32_t(isSet)); };
+    auto bits = [](float x) { return std::bit_cast<uint32_t>(x); };
+    auto real = [](uint32_t x) { return std::bit_cast<float>(x); };
+    // the nearest corner, and the one across the axis along which that is farthest
+    const uint32_t upX = mask(fx >= 0.5f), upY = mask(fy >= 0.5f), upZ = mask(fz >= 0.5f);
+    const uint32_t eitherX = bits(fx) ^ bits(fx - 1.0f), eitherY = bits(fy) ^ bits(fy - 1.0f),
+                   eitherZ = bits(fz) ^ bits(fz - 1.0f);
+    const uint32_t nearX = bits(fx) ^ (eitherX & upX), nearY = bits(fy) ^ (eitherY & upY),
+                   nearZ = bits(fz) ^ (eitherZ & upZ);
+    const float ax = real(nearX) * real(nearX), ay = real(nearY) * real(nearY),
+                az = real(nearZ) * real(nearZ);
+    const uint32_t alongX = mask(ax >= ay) & mask(ax >= az), alongY = mask(ay >= az) & ~alongX,
+                   alongZ = ~(alongX | alongY);
+    const uint32_t corner = (upX & 4u) | (upY & 8u) | (upZ & 16u);
+    const uint32_t other = corner ^ ((alongX & 4u) | (alongY & 8u) | (alongZ & 16u));
+    auto point = [&](const SimplexGradients& gradients, uint32_t shift, float x, float y, float z) {
+        return simplexReach(x, y, z) * gradients.slope(shift, x, y, z);
+    };
+    const float whole = point(cell.corners, corner, real(nearX), real(nearY), real(nearZ)) +
+                        point(cell.corners, other, real(nearX ^ (eitherX & alongX)),
+                              real(nearY ^ (eitherY & alongY)), real(nearZ ^ (eitherZ & alongZ)));
+    // the centre, and the next one towards the largest difference
+    const float dx = fx - 0.5f, dy = fy - 0.5f, dz = fz - 0.5f;
+    const float bx = dx * dx, by = dy * dy, bz = dz * dz;
+    const uint32_t outX = mask(bx >= by) & mask(bx >= bz), outY = mask(by >= bz) & ~outX,
+                   outZ = ~(outX | outY);
+    const uint32_t sign = 0x80000000u, one = 0x3f800000u;
+    const uint32_t largest = (bits(dx) & outX) | (bits(dy) & outY) | (bits(dz) & outZ);
+    const uint32_t step = (largest & sign) | one;
+    const uint32_t next = (outY & 8u) | (outZ & 16u) | (largest >> 31 << 2);
+    const float half =
+        simplexReach(dx, dy, dz) * (cell.x * dx + cell.y * dy + cell.z * dz) +
+        point(cell.next, next, dx - real(step & outX), dy - real(step & outY), dz - real(step & outZ));
+    return (whole + half) * 38.440365f;
 }
 
 // 5. the lattice of octave o: cells half as large each time, periods as many metres, a seed of its own

@@ -1,10 +1,9 @@
 // The CPU march, step by step; same names and numbered steps as volume_fog.fs. Every loop over a tile is
-// plain, and vectorises; where it goes through pointers, BRUME_APART says that their memory is not the same.
+// plain, and vectorises.
 #pragma once
 
+#include "volume_fog/march_noise.hpp"
 #include "volume_fog/tile.hpp"
-
-#define BRUME_APART _Pragma("GCC ivdep")
 
 namespace volume_fog {
 
@@ -27,85 +26,6 @@ BRUME_VECTORISE inline void placeStep(March& m, int i, float u) {
         tile.at[x] = tile.t0[x] + tile.u[x] * (tile.t1[x] - tile.t0[x]);
         tile.stepDepth[x] = tile.albedoRed[x] = tile.albedoGreen[x] = tile.albedoBlue[x] = 0;
     }
-}
-
-// 6. Noise, 0..1, `at` m along each ray.
-BRUME_VECTORISE inline void lookUpNoise(const March& m, const float* at, float* noise) {
-    const Tile& tile = m.tile;
-    const float inverseSize = 1.0f / m.p.noise_size;
-    const brume::NoiseLattice lattice = m.lattice;
-    const cv::Vec3f f = m.noiseFraction;
-    BRUME_APART
-    for (int x = 0; x < tileWidth; x++) {
-        const float way = at[x] * inverseSize;
-        const float n = brume::simplexNoise(f[0] + tile.dx[x] * way, f[1] + tile.dy[x] * way,
-                                            f[2] + tile.dz[x] * way, lattice);
-        noise[x] = 0.5f + 0.5f * n;
-    }
-}
-
-inline float noiseStrength(const March& m) {
-    return m.p.noise == Additive ? m.p.noise_strength : -m.p.noise_strength;
-}
-
-// 6.1 Knot j lies where step j·every begins.
-inline void lookUpKnot(March& m, int j, float* knot) {
-    Lanes at;
-    const float step = float(j * m.p.noise_every);
-    for (int x = 0; x < tileWidth; x++) at[x] = m.tile.begin[x] + m.tile.stride[x] * step;
-    lookUpNoise(m, at, knot);
-}
-
-// 6.2 The cubic through four knots, as a factor of density.
-BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, const float* b, const float* c,
-                                             const float* d) {
-    Tile& tile = m.tile;
-    const int first = i / m.p.noise_every * m.p.noise_every;
-    const float inverseEvery = 1.0f / float(m.p.noise_every);
-    const float strength = noiseStrength(m);
-    const float lowest = 1.0f + least(strength, 0.0f), highest = 1.0f + most(strength, 0.0f);
-    if (m.p.method != Jittered) {  // every pixel is as far between the knots
-        const float f = (float(i - first) + tile.u[0]) * inverseEvery;
-        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
-        const float wa = f * g * h * -0.166666667f, wb = e * g * h * 0.5f, wc = e * f * h * -0.5f,
-                    wd = e * f * g * 0.166666667f;
-        BRUME_APART
-        for (int x = 0; x < tileWidth; x++) {
-            const float n = (wa * a[x] + wb * b[x]) + (wc * c[x] + wd * d[x]);
-            tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
-        }
-        return;
-    }
-    for (int x = 0; x < tileWidth; x++) {
-        const float f = (float(i - first) + tile.u[x]) * inverseEvery;
-        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
-        const float n =
-            (e * (g * h * b[x] - f * h * c[x])) * 0.5f + (f * g * (e * d[x] - h * a[x])) * 0.166666667f;
-        tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
-    }
-}
-
-// 6.3 Noise as this method finds it, as a factor of density.
-BRUME_VECTORISE inline void placeNoise(March& m, int i) {
-    Tile& tile = m.tile;
-    const int every = m.p.noise_every;
-    if (m.p.method == SharedNoise) {
-        if (i % 2) return;
-        lookUpNoise(m, tile.t1, tile.noise);
-    } else if (every > 1 && m.p.method != GaussLegendre && m.p.method != P2) {
-        const int j = i / every;
-        if (i == 0)
-            for (int k = -1; k <= 2; k++) lookUpKnot(m, k, tile.knots[k + 1]);
-        else if (i % every == 0)
-            lookUpKnot(m, j + 2, tile.knots[(j + 3) % 4]);
-        interpolateNoise(m, i, tile.knots[j % 4], tile.knots[(j + 1) % 4], tile.knots[(j + 2) % 4],
-                         tile.knots[(j + 3) % 4]);
-        return;
-    } else {
-        lookUpNoise(m, tile.at, tile.noise);
-    }
-    const float strength = noiseStrength(m);
-    for (int x = 0; x < tileWidth; x++) tile.noise[x] = 1.0f + strength * tile.noise[x];
 }
 
 // 7. A volume's density and its optical depth within the step: by its overlap with the step, so that a
@@ -171,41 +91,61 @@ BRUME_VECTORISE inline void addVolume(Tile& tile, const VolumeTile& volume, bool
     }
 }
 
-// 8. Light that reaches the step: ambient, sun unless in shadow ...
-BRUME_VECTORISE inline void shadeStep(March& m) {
+// 8. Light that reaches the step: ambient, sun unless in shadow ... Where in the map's floats a step is, and
+// its depth there; nothing is behind a depth of -inf.
+BRUME_VECTORISE inline bool placeInShadowMap(March& m) {
     Tile& tile = m.tile;
     int isOnMap = 0;
     for (int x = 0; x < tileWidth; x++)
         isOnMap |= (tile.at[x] >= tile.mapEnter[x]) & (tile.at[x] <= tile.mapLeave[x]);
     if (!isOnMap) {
-        for (int x = 0; x < tileWidth; x++) tile.sun[x] = 1;
-        return;
+        for (int x = 0; x < tileWidth; x++) tile.sunDepth[x] = -HUGE_VALF;
+        return false;
     }
     const float* r = m.shadowRows;
     const float width = float(m.shadowMap.cols), height = float(m.shadowMap.rows);
-    const float* map = m.shadowMap.ptr<float>();
-    const uint32_t rowFloats = uint32_t(m.shadowMap.step1());
-    const float shaded = 1.0f - m.p.shadow_strength;
+    const int32_t rowFloats = int32_t(m.shadowMap.step1());
     BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float u = (r[3] + tile.shadowU[x] * tile.at[x]) * width;
         const float v = (r[7] + tile.shadowV[x] * tile.at[x]) * height;
         const float d = r[11] + tile.shadowD[x] * tile.at[x];
-        const uint32_t i = uint32_t(int32_t(least(most(u, 0.0f), width - 1.0f)));
-        const uint32_t j = uint32_t(int32_t(least(most(v, 0.0f), height - 1.0f)));
-        const float nearest = map[j * rowFloats + 4 * i];
-        const bool isShadowed =
-            (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height) & (d > nearest) & (d <= 1.0f);
-        tile.sun[x] = isShadowed ? shaded : 1.0f;
+        const int32_t i = int32_t(least(most(u, 0.0f), width - 1.0f));
+        const int32_t j = int32_t(least(most(v, 0.0f), height - 1.0f));
+        const bool isOnIt = (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height) & (d <= 1.0f);
+        tile.mapIndex[x] = j * rowFloats + 4 * i;
+        tile.sunDepth[x] = isOnIt ? d : -HUGE_VALF;
     }
+    return true;
+}
+
+// Loads one by one, two to a store: what compilers make of indices in vectors takes longer.
+inline void shadeStep(March& m) {
+    if (!placeInShadowMap(m)) return;
+    Tile& tile = m.tile;
+    const float* map = m.shadowMap.ptr<float>();
+    for (int x = 0; x < tileWidth; x += 2) {
+        uint32_t a, b;
+        std::memcpy(&a, map + tile.mapIndex[x], 4);
+        std::memcpy(&b, map + tile.mapIndex[x + 1], 4);
+        const uint64_t both = a | uint64_t(b) << 32;
+        std::memcpy(tile.nearest + x, &both, 8);
+    }
+}
+
+// Share of sunlight that arrives.
+BRUME_INLINE float sunShare(const Tile& tile, int x, float shaded) {
+    return tile.sunDepth[x] > tile.nearest[x] ? shaded : 1.0f;
 }
 
 BRUME_VECTORISE inline void lightStep(March& m) {
     Tile& tile = m.tile;
+    const float shaded = 1.0f - m.p.shadow_strength;
     for (int x = 0; x < tileWidth; x++) {
-        tile.lightRed[x] = m.ambient[0] + tile.sun[x] * tile.sunRed[x];
-        tile.lightGreen[x] = m.ambient[1] + tile.sun[x] * tile.sunGreen[x];
-        tile.lightBlue[x] = m.ambient[2] + tile.sun[x] * tile.sunBlue[x];
+        const float sun = sunShare(tile, x, shaded);
+        tile.lightRed[x] = m.ambient[0] + sun * tile.sunRed[x];
+        tile.lightGreen[x] = m.ambient[1] + sun * tile.sunGreen[x];
+        tile.lightBlue[x] = m.ambient[2] + sun * tile.sunBlue[x];
     }
 }
 

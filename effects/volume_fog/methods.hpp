@@ -160,8 +160,8 @@ inline void marchP2(March& m) {
         for (int k = 0; k < m.volumeCount; k++) addVolumeP2(tile, m.volumes[k]);
         shadeStep(m);
         for (int x = 0; x < tileWidth; x++) {
-            const float red = m.sunLight[0] * tile.sun[x], green = m.sunLight[1] * tile.sun[x],
-                        blue = m.sunLight[2] * tile.sun[x];
+            const float sun = sunShare(tile, x, 1.0f - m.p.shadow_strength);
+            const float red = m.sunLight[0] * sun, green = m.sunLight[1] * sun, blue = m.sunLight[2] * sun;
             tile.lightRed[x] = red + mixed * (m.p.ambient[0] - red);
             tile.lightGreen[x] = green + mixed * (m.p.ambient[1] - green);
             tile.lightBlue[x] = blue + mixed * (m.p.ambient[2] - blue);

@@ -14,6 +14,9 @@
 #include "volume_fog/derive.hpp"
 #include "volume_fog/volume_fog.hpp"
 
+/// Before a loop that goes through pointers: their memory is not the same.
+#define BRUME_APART _Pragma("GCC ivdep")
+
 namespace volume_fog {
 
 constexpr int tileWidth = 64;  // px
@@ -55,9 +58,17 @@ struct Tile {
     Lanes knots[4];              // noise round the step, when it is not looked up at every one
     Lanes stepDepth, albedoRed, albedoGreen, albedoBlue;
     Lanes lightRed, lightGreen, lightBlue;
-    Lanes sun;  // share of sunlight that arrives
+    Lanes sunDepth, nearest;  // depth in the shadow map, -inf off it, and what is nearest to the sun there
+    alignas(64) int32_t mapIndex[tileWidth];
     int column = 0, row = 0;
     float beginLast = 0, strideLast = 0;
+};
+
+// The gradients of a cell of the noise, counted from the eye's.
+struct KnownCell {
+    bool isKnown = false;
+    uint32_t cell;
+    brume::SimplexCell gradients;
 };
 
 struct March {
@@ -65,6 +76,7 @@ struct March {
     const brume::CpuContext& c;
     brume::NoiseLattice lattice;
     cv::Vec3f noiseFraction;
+    float noiseInverseSize;
     const float* shadowRows;
     bool hasShadow;
     const cv::Mat& shadowMap;
@@ -74,6 +86,8 @@ struct March {
     VolumeTile volumes[mostVolumes];
     LampTile lamps[mostLamps];
     Tile tile;
+    static constexpr uint32_t knownCells = 64;
+    KnownCell cells[knownCells];
 
     March(const Params& params, const brume::CpuContext& context);
 };
@@ -82,6 +96,8 @@ inline March::March(const Params& params, const brume::CpuContext& context)
     : p(params), c(context), shadowRows(c.derived("shadow").data()), shadowMap(c.image("shadow_map")) {
     const auto cell = c.derived("noise_cell"), fraction = c.derived("noise_fraction");
     lattice = {int32_t(cell[0]), int32_t(cell[1]), int32_t(cell[2]), noisePeriod - 1, uint32_t(p.noise_seed)};
+    std::fill_n(tile.nearest, tileWidth, 0.0f);
+    noiseInverseSize = 1.0f / p.noise_size;
     const auto sun = c.derived("towards_sun");
     for (int k = 0; k < 3; k++) {
         noiseFraction[k] = fraction[k];

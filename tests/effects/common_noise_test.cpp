@@ -87,6 +87,24 @@ TEST(Noise, ScaleMakesTheLargestPossibleValueOne) {
     }
 }
 
+// A cell's gradients hashed once give the bits that hashing at every place does, to its very walls.
+TEST(Noise, SimplexInAKnownCellIsSimplexNoise) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int k = 0; k < 2000; k++) {
+        const int32_t x = int32_t(random() % 1024), y = int32_t(random() % 1024), z = k % 2 ? 1023 : 0;
+        const NoiseLattice lattice = latticeAt(0, 0, 0, uint32_t(k));
+        const SimplexCell cell = simplexCell(x, y, z, lattice);
+        const float walls[] = {0, 1.17549435e-38f, .25f, .49999997f, .5f, .75f, .99999994f, 1};
+        for (int i = 0; i < 100; i++) {
+            auto coordinate = [&] { return i % 4 ? uniform(random) : walls[random() % 8]; };
+            const float fx = coordinate(), fy = coordinate(), fz = coordinate();
+            ASSERT_EQ(simplexInCell(fx, fy, fz, cell), simplexInCell(fx, fy, fz, x, y, z, lattice))
+                << fx << " " << fy << " " << fz;
+        }
+    }
+}
+
 template <NoiseKind kind>
 void compareWithReference() {
     std::mt19937 random(3);

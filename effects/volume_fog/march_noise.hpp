@@ -1,0 +1,186 @@
+// Step 6 of the CPU march: noise along the rays of a tile. Same names and numbered steps as density.glsl.
+#pragma once
+
+#include "volume_fog/tile.hpp"
+
+namespace volume_fog {
+
+// 6. Noise, 0..1, `at` m along each ray. Neighbouring rays mostly meet the same cell: there its gradients are
+// hashed once, and kept, since other steps and rows come through it too.
+constexpr int noiseGroup = 16;  // px: what is looked up together
+static_assert(noisePeriod == 1 << 10);
+
+// Where in a cell of the noise the rays of a tile are, 0..1, and in which, ten bits an axis, from the eye's.
+struct NoiseTile {
+    alignas(64) Lanes x, y, z;
+    alignas(64) uint32_t cell[tileWidth];
+};
+
+BRUME_INLINE uint32_t cellNumber(float x, float y, float z) {
+    return (uint32_t(int32_t(x)) & 1023u) | (uint32_t(int32_t(y)) & 1023u) << 10 |
+           (uint32_t(int32_t(z)) & 1023u) << 20;
+}
+
+// Places the tile in the cell of its first ray; false: not all are in it.
+BRUME_VECTORISE inline bool placeInCell(const March& m, const float* at, NoiseTile& n) {
+    const Tile& tile = m.tile;
+    const float inverseSize = m.noiseInverseSize;
+    const cv::Vec3f f = m.noiseFraction;
+    const float first = at[0] * inverseSize;
+    const float wholeX = std::floor(f[0] + tile.dx[0] * first),
+                wholeY = std::floor(f[1] + tile.dy[0] * first),
+                wholeZ = std::floor(f[2] + tile.dz[0] * first);
+    n.cell[0] = cellNumber(wholeX, wholeY, wholeZ);
+    int isApart = 0;
+    BRUME_APART
+    for (int x = 0; x < tileWidth; x++) {
+        const float way = at[x] * inverseSize;
+        n.x[x] = (f[0] + tile.dx[x] * way) - wholeX;
+        n.y[x] = (f[1] + tile.dy[x] * way) - wholeY;
+        n.z[x] = (f[2] + tile.dz[x] * way) - wholeZ;
+        const float low = least(least(n.x[x], n.y[x]), n.z[x]), high = most(most(n.x[x], n.y[x]), n.z[x]);
+        isApart |= !((low >= 0.0f) & (high < 1.0f));
+    }
+    return !isApart;
+}
+
+BRUME_VECTORISE inline void placeInCells(const March& m, const float* at, NoiseTile& n) {
+    const Tile& tile = m.tile;
+    const float inverseSize = m.noiseInverseSize;
+    const cv::Vec3f f = m.noiseFraction;
+    BRUME_APART
+    for (int x = 0; x < tileWidth; x++) {
+        const float way = at[x] * inverseSize;
+        const float px = f[0] + tile.dx[x] * way, py = f[1] + tile.dy[x] * way, pz = f[2] + tile.dz[x] * way;
+        const float wholeX = std::floor(px), wholeY = std::floor(py), wholeZ = std::floor(pz);
+        n.x[x] = px - wholeX;
+        n.y[x] = py - wholeY;
+        n.z[x] = pz - wholeZ;
+        n.cell[x] = cellNumber(wholeX, wholeY, wholeZ);
+    }
+}
+
+// Groups of rays from the one `from`, all in the cell whose gradients are given ...
+BRUME_VECTORISE inline void lookUpInCell(const NoiseTile& n, const brume::SimplexCell& gradients, int from,
+                                         int groups, float* noise) {
+    const brume::SimplexCell cell = gradients;
+    const float *px = n.x + from, *py = n.y + from, *pz = n.z + from;
+    const int count = groups * noiseGroup;
+    noise += from;
+    BRUME_APART
+    for (int x = 0; x < count; x++) noise[x] = 0.5f + 0.5f * brume::simplexInCell(px[x], py[x], pz[x], cell);
+}
+
+// ... or each in its own.
+BRUME_VECTORISE inline void lookUpInCells(const March& m, const NoiseTile& n, int from, int groups,
+                                          float* noise) {
+    const brume::NoiseLattice lattice = m.lattice;
+    const float *px = n.x + from, *py = n.y + from, *pz = n.z + from;
+    const uint32_t* cell = n.cell + from;
+    const int count = groups * noiseGroup;
+    noise += from;
+    BRUME_APART
+    for (int x = 0; x < count; x++)
+        noise[x] =
+            0.5f + 0.5f * brume::simplexInCell(px[x], py[x], pz[x], int32_t(cell[x] & 1023u) + lattice.cellX,
+                                               int32_t(cell[x] >> 10 & 1023u) + lattice.cellY,
+                                               int32_t(cell[x] >> 20) + lattice.cellZ, lattice);
+}
+
+inline const brume::SimplexCell& cellAt(March& m, uint32_t cell) {
+    KnownCell& known = m.cells[(cell * 2654435769u) >> 26];
+    if (!known.isKnown || known.cell != cell)
+        known = {true, cell,
+                 brume::simplexCell(int32_t(cell & 1023u) + m.lattice.cellX,
+                                    int32_t(cell >> 10 & 1023u) + m.lattice.cellY,
+                                    int32_t(cell >> 20) + m.lattice.cellZ, m.lattice)};
+    return known.gradients;
+}
+
+inline void lookUpNoise(March& m, const float* at, float* noise) {
+    constexpr int groups = tileWidth / noiseGroup;
+    NoiseTile n;
+    if (placeInCell(m, at, n)) {
+        lookUpInCell(n, cellAt(m, n.cell[0]), 0, groups, noise);
+        return;
+    }
+    placeInCells(m, at, n);
+    auto isTogether = [&](int group, uint32_t cell) {
+        uint32_t apart = 0;
+        for (int x = 0; x < noiseGroup; x++) apart |= n.cell[group * noiseGroup + x] ^ cell;
+        return !apart;
+    };
+    for (int group = 0; group < groups; group++) {
+        const uint32_t cell = n.cell[group * noiseGroup];
+        if (isTogether(group, cell))
+            lookUpInCell(n, cellAt(m, cell), group * noiseGroup, 1, noise);
+        else
+            lookUpInCells(m, n, group * noiseGroup, 1, noise);
+    }
+}
+
+inline float noiseStrength(const March& m) {
+    return m.p.noise == Additive ? m.p.noise_strength : -m.p.noise_strength;
+}
+
+// 6.1 Knot j lies where step j·every begins.
+inline void lookUpKnot(March& m, int j, float* knot) {
+    Lanes at;
+    const float step = float(j * m.p.noise_every);
+    for (int x = 0; x < tileWidth; x++) at[x] = m.tile.begin[x] + m.tile.stride[x] * step;
+    lookUpNoise(m, at, knot);
+}
+
+// 6.2 The cubic through four knots, as a factor of density.
+BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, const float* b, const float* c,
+                                             const float* d) {
+    Tile& tile = m.tile;
+    const int first = i / m.p.noise_every * m.p.noise_every;
+    const float inverseEvery = 1.0f / float(m.p.noise_every);
+    const float strength = noiseStrength(m);
+    const float lowest = 1.0f + least(strength, 0.0f), highest = 1.0f + most(strength, 0.0f);
+    if (m.p.method != Jittered) {  // every pixel is as far between the knots
+        const float f = (float(i - first) + tile.u[0]) * inverseEvery;
+        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
+        const float wa = f * g * h * -0.166666667f, wb = e * g * h * 0.5f, wc = e * f * h * -0.5f,
+                    wd = e * f * g * 0.166666667f;
+        BRUME_APART
+        for (int x = 0; x < tileWidth; x++) {
+            const float n = (wa * a[x] + wb * b[x]) + (wc * c[x] + wd * d[x]);
+            tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
+        }
+        return;
+    }
+    for (int x = 0; x < tileWidth; x++) {
+        const float f = (float(i - first) + tile.u[x]) * inverseEvery;
+        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
+        const float n =
+            (e * (g * h * b[x] - f * h * c[x])) * 0.5f + (f * g * (e * d[x] - h * a[x])) * 0.166666667f;
+        tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
+    }
+}
+
+// 6.3 Noise as this method finds it, as a factor of density.
+BRUME_VECTORISE inline void placeNoise(March& m, int i) {
+    Tile& tile = m.tile;
+    const int every = m.p.noise_every;
+    if (m.p.method == SharedNoise) {
+        if (i % 2) return;
+        lookUpNoise(m, tile.t1, tile.noise);
+    } else if (every > 1 && m.p.method != GaussLegendre && m.p.method != P2) {
+        const int j = i / every;
+        if (i == 0)
+            for (int k = -1; k <= 2; k++) lookUpKnot(m, k, tile.knots[k + 1]);
+        else if (i % every == 0)
+            lookUpKnot(m, j + 2, tile.knots[(j + 3) % 4]);
+        interpolateNoise(m, i, tile.knots[j % 4], tile.knots[(j + 1) % 4], tile.knots[(j + 2) % 4],
+                         tile.knots[(j + 3) % 4]);
+        return;
+    } else {
+        lookUpNoise(m, tile.at, tile.noise);
+    }
+    const float strength = noiseStrength(m);
+    for (int x = 0; x < tileWidth; x++) tile.noise[x] = 1.0f + strength * tile.noise[x];
+}
+
+}  // namespace volume_fog
