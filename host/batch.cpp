@@ -5,6 +5,7 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -207,8 +208,11 @@ class Run {
         } catch (const Error&) {  // reading will say it
         }
         size_t pixels = size_t(size.width) * size_t(size.height);
-        if (!pixels)
-            return std::filesystem::exists(input, none) ? std::filesystem::file_size(input, none) * 24 : 0;
+        if (!pixels) {  // no reason to refuse it: reading may have a better one
+            const bool isFile = std::filesystem::is_regular_file(input, none);
+            const uintmax_t bytes = isFile ? std::filesystem::file_size(input, none) : 0;
+            return size_t(std::min<uintmax_t>(bytes, machineMemory() / 24) * 24);
+        }
         return pixels * (16 + 16 + 8 + 16 * (1 + batch_.keep.size()) + 12);
     }
 
