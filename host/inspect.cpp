@@ -14,6 +14,7 @@
 #include "frame/write.hpp"
 #include "options.hpp"
 #include "record.hpp"
+#include "shell_word.hpp"
 
 namespace brume::host {
 namespace {
@@ -60,7 +61,7 @@ std::optional<Making> printMaking(const std::string& path) {
     std::cout << "  preset    " << *making.preset << "\n";
     const std::string stale = staleness(*record, making);
     std::cout << (stale.empty() ? "  its input is as it was" : "  it " + stale)
-              << "; again: brume apply --like '" << path << "' -o COPY\n";
+              << "; again: brume apply --like " << shellWord(path) << " -o COPY\n";
     return making;
 }
 

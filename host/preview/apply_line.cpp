@@ -4,21 +4,13 @@
 
 #include "error.hpp"
 #include "preview/session.hpp"
+#include "shell_word.hpp"
 
 namespace brume::preview {
 
 namespace {
 
-std::string quoted(const std::string& word) {
-    const bool isPlain =
-        !word.empty() &&
-        word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./=:,+@%") ==
-            std::string::npos;
-    if (isPlain) return word;
-    std::string result = "'";
-    for (char c : word) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
-}
+using host::shellWord;
 
 // As parseArgument takes it: lists of numbers in brackets, labels bare.
 std::string argumentOf(const Parameter& parameter, const ParameterValue& value) {
@@ -53,7 +45,8 @@ std::string settingsBetween(const Chain& saved, const Chain& now) {
                 needsSaving(parameter.name + " of " + b.id + " comes from the capture again");
             if (parameter.type == ParameterType::List)
                 needsSaving("the list " + parameter.name + " of " + b.id + " has changed");
-            settings += " --set " + quoted(b.id + "." + parameter.name + "=" + argumentOf(parameter, value));
+            settings +=
+                " --set " + shellWord(b.id + "." + parameter.name + "=" + argumentOf(parameter, value));
         }
     }
     return settings;
@@ -65,19 +58,19 @@ std::string applyLine(const Session& session, const std::string& backend) {
     if (session.frames().empty()) failUsage("Open a frame first");
     if (session.presetName().empty()) failUsage("Save the preset first");
     const Chain saved = readPreset(session.presetName(), session.registry());
-    std::string line = "brume apply " + quoted(session.presetName());
+    std::string line = "brume apply " + shellWord(session.presetName());
     const FrameWords& words = session.words();
     const FrameFiles& frame = session.frames()[session.current()];
     std::string stem = std::filesystem::path(frame.color).stem().string();
     if (session.frames().size() > 1) {
-        for (const std::string& name : words.frames) line += " " + quoted(name);
+        for (const std::string& name : words.frames) line += " " + shellWord(name);
         line += " -o fogged/";
-        if (!words.depth.empty()) line += " --depth " + quoted(words.depth);
+        if (!words.depth.empty()) line += " --depth " + shellWord(words.depth);
     } else {
-        line += " " + quoted(frame.color) + " -o " + quoted(stem + ".fogged.png");
-        if (!frame.depth.empty()) line += " --depth " + quoted(frame.depth);
+        line += " " + shellWord(frame.color) + " -o " + shellWord(stem + ".fogged.png");
+        if (!frame.depth.empty()) line += " --depth " + shellWord(frame.depth);
     }
-    if (!words.encoding.empty()) line += " --depth-encoding " + quoted(words.encoding);
+    if (!words.encoding.empty()) line += " --depth-encoding " + shellWord(words.encoding);
     if (words.framesPerSecond != 24) line += text(" --fps ", words.framesPerSecond);
     if (!words.color.empty()) line += " --color " + words.color;
     return line + " --backend " + backend + settingsBetween(saved, session.chain());

@@ -171,7 +171,7 @@ TEST_F(Batch, inspectShowsHowAPictureWasMade) {
     EXPECT_EQ(ran.status, 0) << ran.err;
     for (const char* word :
          {"made by   brume ", "in/f.0002.exr", "seed 5, frame 1", "depth_fog.visibility = 37",
-          "\"visibility\":37", "its input is as it was", "brume apply --like 'out/f.0002.png'"})
+          "\"visibility\":37", "its input is as it was", "brume apply --like out/f.0002.png -o COPY"})
         EXPECT_THAT(ran.out, HasSubstr(word));
     fs::remove(path("in/f.0002.exr"));
     EXPECT_THAT(brume("inspect out/f.0002.png").out, HasSubstr("which is gone"));

@@ -143,4 +143,15 @@ TEST_F(Strangers, whatMemoryCannotHoldIsRefusedBeforehand) {
 }
 
 }  // namespace
+// The line that makes a picture again is there to be copied into a shell.
+TEST_F(Strangers, aNameIsOneWordOfTheLineThatInspectOffers) {
+    addFrame("street.exr");
+    ASSERT_EQ(brume("apply depth_fog street.exr -o \"x'; echo obeyed; '.png\"").status, 0);
+    const std::string said = brume("inspect \"x'; echo obeyed; '.png\"").out;
+    const size_t from = said.find("brume apply --like "), to = said.find(" -o COPY", from);
+    ASSERT_NE(to, std::string::npos) << said;
+    const std::string word = said.substr(from + 19, to - from - 19);
+    EXPECT_EQ(test::run(folder_, "printf %s " + word).out, "x'; echo obeyed; '.png");
+}
+
 }  // namespace brume::test
