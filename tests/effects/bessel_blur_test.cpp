@@ -189,16 +189,7 @@ TEST(BesselBlur, GlslMatches) {
 
 TEST(BesselBlur, TheoremsHoldInGlsl) {
     for (const char* method : {"fir", "recursive", "decimated", "auto"})
-        for (double radius : {.7, 3., 9.}) {
-            Blur blur = bessel(method, radius);
-            blur.isGlsl = true;
-            const Kernel truth = trueBessel(radius, reachOf(radius));
-            const int period = periodOf(method, radius);
-            EXPECT_LE(operatorError(blur, truth, period).pair, 1e-3) << blur.describe();
-            expectConstantsKept(blur);
-            expectStep(blur, truth, 6e-4);
-            expectTransposed(blur, 5e-6);
-            expectMirrored(blur, period > 1 ? 1e-3 : 5e-6);
-            expectBadPixelsBounded(blur);
-        }
+        for (double radius : {.7, 3., 9.})
+            expectTheoremsInGlsl(bessel(method, radius), trueBessel(radius, reachOf(radius)),
+                                 periodOf(method, radius), 6e-4);
 }

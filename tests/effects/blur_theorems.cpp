@@ -180,6 +180,16 @@ void expectBadPixelsBounded(const Blur& blur) {
     EXPECT_TRUE(cv::checkRange(a)) << blur.describe();
 }
 
+void expectTheoremsInGlsl(Blur blur, const Kernel& truth, int period, double stepBound) {
+    blur.isGlsl = true;
+    EXPECT_LE(operatorError(blur, truth, period).pair, 1e-3) << blur.describe();
+    expectConstantsKept(blur);
+    expectStep(blur, truth, stepBound);
+    expectTransposed(blur, 5e-6);
+    expectMirrored(blur, period > 1 ? 1e-3 : 5e-6);
+    expectBadPixelsBounded(blur);
+}
+
 void expectSameBitsOnAnyThreads(const Blur& blur) {
     cv::Mat image = randomImage({333, 217}, 8), first;
     int threads = cv::getNumThreads();

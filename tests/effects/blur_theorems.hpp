@@ -44,6 +44,8 @@ void expectMeanKept(const Blur& blur, int reach, double bound);
 void expectStep(const Blur& blur, const Kernel& truth, double bound);
 void expectEdgesReplicate(const Blur& blur, int reach, double bound);
 void expectBadPixelsBounded(const Blur& blur);
+/// All of these in the GLSL half; a step's values within `stepBound`.
+void expectTheoremsInGlsl(Blur blur, const Kernel& truth, int period, double stepBound);
 void expectSameBitsOnAnyThreads(const Blur& blur);
 void expectGlMatches(const Blur& blur, cv::Size size);
 

@@ -176,18 +176,9 @@ TEST(GaussianBlur, GlslMatches) {
 
 TEST(GaussianBlur, TheoremsHoldInGlsl) {
     for (const char* method : {"fir", "recursive", "decimated", "auto"})
-        for (double radius : {.7, 3., 9.}) {
-            Blur blur = gaussian(method, radius);
-            blur.isGlsl = true;
-            const Kernel truth = trueGaussian(radius, reachOf(radius));
-            const int period = periodOf(method, radius);
-            EXPECT_LE(operatorError(blur, truth, period).pair, 1e-3) << blur.describe();
-            expectConstantsKept(blur);
-            expectStep(blur, truth, 5.1e-4);
-            expectTransposed(blur, 5e-6);
-            expectMirrored(blur, period > 1 ? 1e-3 : 5e-6);
-            expectBadPixelsBounded(blur);
-        }
+        for (double radius : {.7, 3., 9.})
+            expectTheoremsInGlsl(gaussian(method, radius), trueGaussian(radius, reachOf(radius)),
+                                 periodOf(method, radius), 5.1e-4);
 }
 
 // What a blur of values up to 1 comes to is at most its kernel's L1 norm, which is 1 where no weight is below
