@@ -4,9 +4,9 @@
 #include <chrono>
 #include <opencv2/core/utility.hpp>
 
-#include "cpu/image_pool.hpp"
 #include "effect/missing_half.hpp"
 #include "error.hpp"
+#include "frame/image_pool.hpp"
 
 namespace brume {
 

@@ -42,7 +42,7 @@ class GlRunner final : public Runner {
         TexturePool& pool = steps_->pool();
         auto uploaded = [&](const cv::Mat& image) {
             TexturePtr texture = pool.take(image.size(), image.channels() == 1 ? GL_R32F : GL_RGBA32F);
-            texture->upload(image);
+            steps_->staging().upload(*texture, image);
             return texture;
         };
         GlFrame onGpu;
@@ -68,7 +68,8 @@ class GlRunner final : public Runner {
         for (const std::string& name : wanted) {
             auto found = onGpu.images.find(name);
             if (found == onGpu.images.end()) failUsage("no step writes an image '", name, "' to keep");
-            if (!result.images.count(name)) result.images[name] = found->second->download(name);
+            if (!result.images.count(name))
+                result.images[name] = steps_->staging().download(*found->second, name);
         }
         result.timings = steps_->timings();
         if (const GLenum error = context.functions().GetError(); error != GL_NO_ERROR)

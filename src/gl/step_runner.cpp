@@ -33,6 +33,7 @@ struct StepRunner::Bound {
 StepRunner::StepRunner(const GlFunctions& gl, bool isHardware)
     : gl_(gl),
       isHardware_(isHardware),
+      staging_(gl),
       pool_(gl),
       programs_(gl),
       canvas_(gl),
@@ -66,7 +67,7 @@ TexturePtr StepRunner::imported(const ImportedImage& image, bool isForeign) {
         cv::Mat rgba = isfImportedImage(image);
         if (isForeign) cv::flip(rgba, rgba, 0);
         texture = pool_.take(rgba.size(), GL_RGBA32F);
-        texture->upload(rgba);
+        staging_.upload(*texture, rgba);
     }
     return texture;
 }

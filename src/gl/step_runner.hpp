@@ -8,6 +8,7 @@
 #include "effect/runner.hpp"
 #include "gl/helper_passes.hpp"
 #include "gl/program.hpp"
+#include "gl/staging.hpp"
 #include "gl/texture.hpp"
 
 namespace brume {
@@ -41,6 +42,7 @@ class StepRunner {
     std::vector<StepTiming> timings();
 
     TexturePool& pool() { return pool_; }
+    Staging& staging() { return staging_; }
 
   private:
     struct Bound;
@@ -67,6 +69,7 @@ class StepRunner {
 
     const GlFunctions& gl_;
     const bool isHardware_;
+    Staging staging_;
     TexturePool pool_;
     ProgramCache programs_;
     Canvas canvas_;

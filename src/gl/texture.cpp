@@ -40,35 +40,10 @@ void Texture::setSampling() {
         gl_.TextureParameteri(name_, direction, GL_CLAMP_TO_EDGE);
 }
 
-void Texture::upload(const cv::Mat& image) {
-    CV_Assert(image.size() == size_ && image.type() == (format_ == GL_R32F ? CV_32F : CV_32FC4));
-    gl_.PixelStorei(GL_UNPACK_ROW_LENGTH, GLint(image.step / image.elemSize()));
-    gl_.TextureSubImage2D(name_, 0, 0, 0, image.cols, image.rows, format_ == GL_R32F ? GL_RED : GL_RGBA,
-                          GL_FLOAT, image.data);
-    gl_.PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-}
-
 void Texture::upload(const std::vector<float>& volume) {
     CV_Assert(isVolume() && volume.size() == size_t(size_.width) * size_.height * depth_);
     gl_.TextureSubImage3D(name_, 0, 0, 0, 0, size_.width, size_.height, depth_, GL_RED, GL_FLOAT,
                           volume.data());
-}
-
-cv::Mat Texture::download(const std::string& what) const {
-    cv::Mat image(size_, format_ == GL_R32F ? CV_32F : CV_32FC4);
-    const size_t rowWords = image.cols * image.elemSize() / 4;
-    gl_.GetTextureImage(name_, 0, format_ == GL_R32F ? GL_RED : GL_RGBA, GL_FLOAT,
-                        GLsizei(image.total() * image.elemSize()), image.data);
-    for (int row = 0; row < image.rows; row++) {
-        const auto* words = image.ptr<uint32_t>(row);
-        unsigned untouched = 0;
-        for (size_t k = 0; k < rowWords; k++) untouched |= words[k] == sentinelBits;
-        if (untouched)
-            throw Error(ErrorKind::CheckFailed,
-                        text(what, ": row ", row,
-                             " holds pixels that no shader wrote; every pass must store every pixel"));
-    }
-    return image;
 }
 
 void Texture::fill(const cv::Vec4f& value) { gl_.ClearTexImage(name_, 0, GL_RGBA, GL_FLOAT, value.val); }

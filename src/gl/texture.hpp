@@ -1,5 +1,4 @@
-// Images on the GPU. Rows are reversed on the way in and out, so that a texture's row 0 is the picture's
-// lowest.
+// Images on the GPU; gl/staging.hpp moves them there and back.
 #pragma once
 
 #include <cstdint>
@@ -33,16 +32,10 @@ class Texture {
     GLenum format() const { return format_; }
     bool isVolume() const { return depth_ > 0; }
 
-    /// CV_32FC4 into GL_RGBA32F or GL_RGBA8, CV_32F into GL_R32F.
-    void upload(const cv::Mat& image);
     /// Values of a volume, x fastest.
     void upload(const std::vector<float>& volume);
-    /// CV_32FC4, or CV_32F of GL_R32F. Throws Error (CheckFailed) naming `what` where a pixel still holds the
-    /// sentinel: a pass that should have written it did not run on the GPU.
-    cv::Mat download(const std::string& what) const;
-
     void fill(const cv::Vec4f& value);
-    /// What download recognises as never drawn.
+    /// What Staging::download recognises as never drawn.
     void fillWithSentinel();
 
   private:

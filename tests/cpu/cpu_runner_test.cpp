@@ -6,9 +6,9 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 
-#include "cpu/image_pool.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
+#include "frame/image_pool.hpp"
 
 using namespace brume;
 

@@ -22,6 +22,27 @@ TEST_P(GlRunnerTest, APictureComesBackUnchangedAndTheRightWayUp) {
     EXPECT_EQ(largestDifference(result.images.at("color"), frame.color), 0);
 }
 
+TEST_P(GlRunnerTest, ResultsOutliveLaterFramesOfAnySize) {
+    const Chain chain = chainOf({stepOf(linearEffect(inputOnly, identity))});
+    auto gl = runner();
+    std::vector<FramePair> frames;
+    std::vector<RunResult> results;
+    for (cv::Size size : {cv::Size(6, 4), cv::Size(1, 1), cv::Size(65, 33), cv::Size(6, 4)}) {
+        FramePair frame = probeFrame(size.width, size.height);
+        // A part of a larger image, whose rows lie apart.
+        const cv::Mat around = randomImage(size.width + 3, size.height + 2, double(frames.size() + 1));
+        frame.color = around(cv::Rect(cv::Point(2, 1), size));
+        frames.push_back(frame);
+        results.push_back(gl->run(chain, frame, {}));
+    }
+    for (size_t k = 0; k < frames.size(); k++)
+        EXPECT_EQ(largestDifference(results[k].images.at("color"), frames[k].color), 0) << k;
+    const void* memory = results[0].images.at("color").data;
+    results[0] = {};
+    const RunResult again = gl->run(chain, frames[0], {});
+    EXPECT_EQ(again.images.at("color").data, memory);  // fresh pages cost more than the way to the GPU
+}
+
 TEST_P(GlRunnerTest, PixelsAreAddressedFromTheTopLeft) {
     const auto step =
         stepOf(linearEffect(inputOnly, "void main() { store(vec4(vec2(pixel()), 0.0, 1.0)); }"));

@@ -1,4 +1,4 @@
-#include "cpu/image_pool.hpp"
+#include "frame/image_pool.hpp"
 
 #include <sys/mman.h>
 
