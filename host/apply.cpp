@@ -212,7 +212,7 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
     std::vector<cv::Mat> thumbnails;
     std::string firstError;
     ErrorKind firstKind = ErrorKind::Io;
-    bool isLong = frames > sheetFrames;
+    bool isLong = frames > sheetFrames, saidCamera = false;
     if (isLong && !a.noSheet) batch.thumbnails = sheetFrames;
     listenForSignals();
     runBatch(batch, interrupted, [&](const Task& task, const Outcome& outcome) {
@@ -222,6 +222,12 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
             if (a.keepGoing) progress.say("brume: " + outcome.error);
         } else if (!isLong && outcome.state == Outcome::State::Made) {
             for (const std::string& file : outcome.files) std::cout << file << "\n";
+        }
+        if (!outcome.cameraIsStated && !saidCamera) {
+            saidCamera = true;
+            progress.say(text("note: '", task.making.input,
+                              "' does not state its camera: taken as 60° wide, level, 1.6 m up; --camera "
+                              "'horizontal_view_degrees=60,height=1.6' or a sidecar says what it was"));
         }
         if (!outcome.hardlyShows.empty())
             progress.say(text("note: '", task.output, "' looks much like its input: ", outcome.hardlyShows));

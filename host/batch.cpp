@@ -243,6 +243,7 @@ class Run {
             });
             token->outcome.readSeconds = frame.seconds;
             token->outcome.notes = frame.captured.notes;
+            token->outcome.cameraIsStated = frame.captured.cameraIsStated;
             token->outcome.size = frame.captured.size();
             if (frame.status) token->fail(frame.error, frame.status);
         });

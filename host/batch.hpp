@@ -26,8 +26,9 @@ struct Outcome {
     std::string error;
     int status = 0;  ///< the exit status that the error asks for
     double readSeconds = 0, runSeconds = 0, writeSeconds = 0;
-    std::vector<std::string> files;   ///< written
-    std::vector<std::string> notes;   ///< what the reader assumed
+    std::vector<std::string> files;  ///< written
+    std::vector<std::string> notes;  ///< what the reader assumed
+    bool cameraIsStated = true;
     std::vector<StepPlan> decisions;  ///< for --explain
     cv::Mat thumbnail;                ///< CV_32FC4 scene-linear, of the first frames
     cv::Size size;

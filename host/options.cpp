@@ -7,6 +7,7 @@
 #include "cpu/cpu_runner.hpp"
 #include "error.hpp"
 #include "frame/depth_encoding.hpp"
+#include "frame/sidecar.hpp"
 #include "gl/gl_runner.hpp"
 #include "gl/pass_watch.hpp"
 #include "nearest_name.hpp"
@@ -45,6 +46,10 @@ void FrameOptions::addTo(CLI::App& command) {
         "What the depth file's numbers mean: a ready-made name (" +
             CLI::detail::join(depthEncodingNames(), ", ") +
             "), then details, as in 'opengl:near=.1,far=100' (default: what the sidecar says)");
+    command.add_option("--camera", camera,
+                       "Where the camera was, for frames that do not say it: a sidecar's keys, as in "
+                       "'horizontal_view_degrees=75,height=1.5' or "
+                       "'fx=525,fy=525,cx=319.5,cy=239.5,pixel_centres=whole'");
     command.add_option("--color", color,
                        "What the colour file holds: srgb or linear (default: by its format)");
     command.add_option("--max-pixels", maxPixels, "Refuse images of more pixels, before memory is taken")
@@ -57,6 +62,7 @@ ReadOptions FrameOptions::read() const {
     options.depth = depth;
     options.maxPixels = size_t(maxPixels);
     if (!encoding.empty()) options.encoding = parseDepthEncoding(encoding);
+    if (!camera.empty()) options.camera = parseCamera(camera);
     if (!color.empty()) {
         if (color != "srgb" && color != "linear")
             failUsage("--color: no choice '", color, "'", suggestion(color, {"srgb", "linear"}));

@@ -12,7 +12,7 @@ namespace brume::host {
 
 /// How to read a frame, as far as the command line says.
 struct FrameOptions {
-    std::string depth, encoding, color;
+    std::string depth, encoding, camera, color;
     double maxPixels = 268435456;
 
     void addTo(CLI::App& command);

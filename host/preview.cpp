@@ -53,6 +53,7 @@ void addPreview(CLI::App& program) {
         "a file, a shipped preset's name or an effect's name. Both can be dropped on the window later");
     command->add_option("--depth", o.words.depth, "Where depth is, as for apply");
     command->add_option("--depth-encoding", o.words.encoding, "What the depth's numbers mean, as for apply");
+    command->add_option("--camera", o.words.camera, "Where the camera was, as for apply");
     command->add_option("--color", o.words.color,
                         "What the colour file holds: srgb or linear (default: by its format)");
     command->add_option("--fps", o.words.framesPerSecond, "Frames a second of a sequence without timestamps")

@@ -66,6 +66,7 @@ json identityOf(const Making& making) {
     json frame = json::object();
     if (!making.frame.depth.empty()) frame["depth"] = nameAsJson(making.frame.depth);
     if (!making.frame.encoding.empty()) frame["encoding"] = making.frame.encoding;
+    if (!making.frame.camera.empty()) frame["camera"] = making.frame.camera;
     if (!making.frame.color.empty()) frame["color"] = making.frame.color;
     made["frame"] = frame;
     made["index"] = making.index;
@@ -123,6 +124,7 @@ Making makingOf(const json& record, const std::string& path) {
         const json& frame = record.at("frame");
         if (frame.contains("depth")) making.frame.depth = nameOf(frame["depth"]);
         making.frame.encoding = frame.value("encoding", "");
+        making.frame.camera = frame.value("camera", "");
         making.frame.color = frame.value("color", "");
         making.index = record.at("index").get<size_t>();
         if (record.contains("time")) making.time = record["time"].get<double>();

@@ -71,6 +71,7 @@ std::string applyLine(const Session& session, const std::string& backend) {
         if (!frame.depth.empty()) line += " --depth " + shellWord(frame.depth);
     }
     if (!words.encoding.empty()) line += " --depth-encoding " + shellWord(words.encoding);
+    if (!words.camera.empty()) line += " --camera " + shellWord(words.camera);
     if (words.framesPerSecond != 24) line += text(" --fps ", words.framesPerSecond);
     if (!words.color.empty()) line += " --color " + words.color;
     return line + " --backend " + backend + settingsBetween(saved, session.chain());

@@ -8,7 +8,7 @@ namespace brume::preview {
 
 struct FrameWords {
     std::vector<std::string> frames;
-    std::string depth, encoding, color;  ///< --depth, --depth-encoding, --color; empty: not said
+    std::string depth, encoding, camera, color;  ///< --depth, --depth-encoding, ...; empty: not said
     double framesPerSecond = 24;
 };
 

@@ -7,6 +7,7 @@
 #include "error.hpp"
 #include "file_status.hpp"
 #include "frame/pending_file.hpp"
+#include "frame/sidecar.hpp"
 #include "nearest_name.hpp"
 #include "preview/stack.hpp"
 
@@ -23,6 +24,7 @@ Session::Session(const EffectRegistry& registry) : registry_(registry), history_
 ReadOptions Session::readOptions() const {
     ReadOptions options;
     if (!words_.encoding.empty()) options.encoding = parseDepthEncoding(words_.encoding);
+    if (!words_.camera.empty()) options.camera = parseCamera(words_.camera);
     if (!words_.color.empty()) {
         if (words_.color != "srgb" && words_.color != "linear")
             failUsage("--color: no choice '", words_.color, "'",

@@ -5,6 +5,7 @@
 
 #include "error.hpp"
 #include "frame/depth_encoding.hpp"
+#include "frame/key_values.hpp"
 #include "frame/sidecar.hpp"
 #include "nearest_name.hpp"
 #include "strict_json.hpp"
@@ -192,26 +193,8 @@ DepthEncoding parseDepthEncoding(const std::string& text) {
             failUsage("depth encoding ", text, ": after ", known,
                       " comes a colon, then key=value with commas, as in '", known,
                       ":unknown=0,sky_beyond=500'");
-    json object = {{"encoding", name}};
-    std::istringstream rest(colon == std::string::npos ? "" : text.substr(colon + 1));
-    for (std::string item; std::getline(rest, item, ',');) {
-        const size_t equals = item.find('=');
-        if (equals == std::string::npos) failUsage("depth encoding ", text, ": ", item, " is not key=value");
-        const std::string key = item.substr(0, equals), value = item.substr(equals + 1);
-        char* end = nullptr;
-        const double asNumber = std::strtod(value.c_str(), &end);
-        const bool isNumber = !value.empty() && *end == 0;
-        json parsed = value == "true" || value == "false"   ? json(value == "true")
-                      : isNumber && std::isfinite(asNumber) ? json(asNumber)
-                                                            : json(value);
-        // "unknown=0,unknown=65535" adds up; so does "range=-1,range=1".
-        if (object.contains(key)) {
-            if (!object[key].is_array()) object[key] = json::array({object[key]});
-            object[key].push_back(parsed);
-        } else {
-            object[key] = parsed;
-        }
-    }
+    const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
+    const json object = keyValues("encoding=" + name + "," + rest, "depth encoding " + text);
     try {
         return depthEncodingFromJson(object, "depth encoding " + text);
     } catch (const Error& e) {

@@ -18,6 +18,7 @@ struct FramePair {
     cv::Mat color;     ///< CV_32FC4, RGBA, scene-linear Rec. 709, alpha unassociated
     cv::Mat depth;     ///< CV_32F, planar view Z in metres; +inf is sky, NaN unknown
     Camera camera;
+    bool cameraIsStated = true;
     double time = 0;    ///< s
     int index = 0;      ///< place in its sequence, from 0
     uint32_t seed = 0;  ///< of all random numbers

@@ -157,9 +157,12 @@ Capture readCapture(const std::string& path, const ReadOptions& options) {
     frame.time = sidecar.time.value_or(pair.stated.time.value_or(0));
     frame.extras = sidecar.extras ? sidecar.extras : pair.stated.extras;
     readLightMaps(frame, options.maxPixels);
-    std::optional<Camera> camera = sidecar.camera(frame.size());
+    std::optional<Camera> camera = options.camera ? cameraFromJson(*options.camera, frame.size(), "camera")
+                                                  : sidecar.camera(frame.size());
+    capture.poseIsStated =
+        options.camera ? statesPose(*options.camera) : pair.stated.camera.has_value() || sidecar.statesPose();
     if (!camera) camera = pair.stated.camera;
-    capture.poseIsStated = pair.stated.camera.has_value() || sidecar.statesPose();
+    frame.cameraIsStated = camera.has_value();
     frame.camera = camera ? *camera : Camera::withHorizontalView(frame.size(), 60);
     if (!camera) frame.notes.push_back("camera: not stated, assumed 60° wide, level, 1.6 m up");
     return capture;

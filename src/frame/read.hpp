@@ -1,6 +1,7 @@
 // Reading captured frames: colour and depth files, sidecars, encodings. Everything is converted here, once.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,8 +18,9 @@ struct ReadOptions {
     /// sidecar, or NAME.depth.EXT beside.
     std::string depth;
     std::optional<DepthEncoding> encoding;
-    std::optional<bool> colorIsSrgb;     ///< overrides the sidecar's and the format's habit
-    size_t maxPixels = size_t(1) << 28;  ///< refuse larger images before memory is taken
+    std::shared_ptr<const nlohmann::json> camera;  ///< as a sidecar's "camera" (sidecar.hpp)
+    std::optional<bool> colorIsSrgb;               ///< overrides the sidecar's and the format's habit
+    size_t maxPixels = size_t(1) << 28;            ///< refuse larger images before memory is taken
 };
 
 /// Reads one frame. Throws Error (Io) naming the file and the reason: missing, empty, truncated, absurd size,

@@ -7,6 +7,7 @@
 #include "error.hpp"
 #include "file_status.hpp"
 #include "frame/image_file.hpp"
+#include "frame/key_values.hpp"
 #include "nearest_name.hpp"
 #include "strict_json.hpp"
 
@@ -50,10 +51,7 @@ cv::Matx44d pose(const json& camera, const std::string& where) {
 
 }  // namespace
 
-std::optional<Camera> Sidecar::camera(cv::Size size) const {
-    if (!extras || !extras->contains("camera")) return std::nullopt;
-    const json& c = (*extras)["camera"];
-    const std::string where = path + ": camera";
+Camera cameraFromJson(const json& c, cv::Size size, const std::string& where) {
     requireKnown(c,
                  {"fx", "fy", "cx", "cy", "pixel_centres", "horizontal_view_degrees", "height",
                   "pitch_degrees", "world_from_camera"},
@@ -68,9 +66,9 @@ std::optional<Camera> Sidecar::camera(cv::Size size) const {
     if (c.contains("fy")) camera.fy = number(c, "fy", where);
     if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy)))
         failIo(where, ": the focal lengths ", camera.fx, ", ", camera.fy, " px are not above 0");
-    const std::string centres = c.value("pixel_centres", "half");
+    const json centres = c.value("pixel_centres", json("half"));
     if (centres != "half" && centres != "whole")
-        failIo(where, ": pixel_centres is ", centres, ", not half or whole (numbers)");
+        failIo(where, ": pixel_centres is ", shownJson(centres), ", not half or whole (numbers)");
     const double shift = centres == "whole" ? .5 : 0;
     if (c.contains("cx")) camera.cx = number(c, "cx", where) + shift;
     if (c.contains("cy")) camera.cy = number(c, "cy", where) + shift;
@@ -78,10 +76,30 @@ std::optional<Camera> Sidecar::camera(cv::Size size) const {
     return camera;
 }
 
+std::shared_ptr<const json> parseCamera(const std::string& text) {
+    const std::string where = "camera " + text;
+    try {
+        auto camera = std::make_shared<const json>(keyValues(text, where));
+        cameraFromJson(*camera, {1, 1}, where);
+        return camera;
+    } catch (const Error& e) {
+        throw Error(ErrorKind::Usage, e.what());
+    } catch (const json::exception& e) {
+        failUsage(where, ": ", reasonOf(e));
+    }
+}
+
+bool statesPose(const json& camera) {
+    return camera.contains("height") || camera.contains("world_from_camera");
+}
+
+std::optional<Camera> Sidecar::camera(cv::Size size) const {
+    if (!extras || !extras->contains("camera")) return std::nullopt;
+    return cameraFromJson((*extras)["camera"], size, path + ": camera");
+}
+
 bool Sidecar::statesPose() const {
-    if (!extras || !extras->contains("camera")) return false;
-    const json& c = (*extras)["camera"];
-    return c.contains("height") || c.contains("world_from_camera");
+    return extras && extras->contains("camera") && brume::statesPose((*extras)["camera"]);
 }
 
 Sidecar readSidecar(const std::string& imagePath) {

@@ -28,6 +28,16 @@ struct Sidecar {
 /// Reads NAME.json of an image NAME.EXT if there is one. Throws Error (Io) naming file, key and value.
 Sidecar readSidecar(const std::string& imagePath);
 
+/// The camera of an image of `size` by a sidecar's "camera" object; errors begin with `where`.
+Camera cameraFromJson(const nlohmann::json& camera, cv::Size size, const std::string& where);
+
+/// Whether such an object says where the eye stands.
+bool statesPose(const nlohmann::json& camera);
+
+/// Such an object as people state it: "fx=525,fy=525,cx=319.5,cy=239.5,pixel_centres=whole". Throws Error
+/// (Usage).
+std::shared_ptr<const nlohmann::json> parseCamera(const std::string& text);
+
 /// The sidecar's "depth" object; errors begin with `where`.
 DepthEncoding depthEncodingFromJson(const nlohmann::json& object, const std::string& where);
 

@@ -112,6 +112,7 @@ TEST_F(ApplyErrors, wrongNamesGetTheNearest) {
     expectError(apply + "--set depth_fog.model=exponental", 2, "'exponential'");
     expectError(apply + "--keep transmitance", 2, "'transmittance'");
     expectError(apply + "--depth-encoding tumm", 2, "'tum'");
+    expectError(apply + "--camera hieght=2", 2, "'height'");
     expectError("apply depth_fog street.exr -o '{stemm}.png'", 2, "'stem'");
     expectError("aply depth_fog", 2, "'apply'");
     expectError(apply + "--backend vulkan", 2, "vulkan");

@@ -210,6 +210,31 @@ TEST_F(Apply, outputsSayHowTheyWereMadeAndCanBeRepeated) {
     expectError("apply --like other.exr -o x.png", 3, "does not say how it was made");
 }
 
+TEST_F(Apply, theCameraOfAWholeDataSetIsSaidOnce) {
+    const FramePair frame = test::sampleFrame();
+    WriteOptions data;
+    data.isData = true;
+    for (const char* name : {"a", "b", "c"}) {
+        writeImage(path(name + std::string(".png")), frame.color);
+        writeImage(path(name + std::string(".depth.exr")), frame.depth, data);
+    }
+    addText("b.json", R"({"camera": {"horizontal_view_degrees": 90, "height": 3, "pitch_degrees": -5}})");
+    addText("c.json", R"({"camera": {"horizontal_view_degrees": 20}})");
+    const std::string fog = "apply height_fog --set height_fog.density=.3 ",
+                      said = " --camera horizontal_view_degrees=90,height=3,pitch_degrees=-5";
+    const auto assumed = brume(fog + "a.png -o assumed.png");
+    EXPECT_THAT(assumed.err, HasSubstr("note: 'a.png' does not state its camera"));
+    EXPECT_EQ(brume(fog + "b.png -o b.out.png").err, "");
+    EXPECT_EQ(brume(fog + "a.png -o a.out.png" + said).err, "");
+    EXPECT_EQ(brume(fog + "c.png -o c.out.png" + said).err, "");  // over what the sidecar says
+    EXPECT_TRUE(sameImage(path("a.out.png"), path("b.out.png")));
+    EXPECT_TRUE(sameImage(path("c.out.png"), path("b.out.png")));
+    EXPECT_FALSE(sameImage(path("assumed.png"), path("b.out.png")));
+    ASSERT_EQ(brume("apply --like a.out.png -o again.png").status, 0);
+    EXPECT_TRUE(sameImage(path("again.png"), path("b.out.png")));
+    EXPECT_THAT(brume(fog + "a.png -o a.out.png --resume").err, HasSubstr("was made with frame"));
+}
+
 TEST_F(Apply, sameCommandSameBytes) {
     addFrame("street.exr");
     ASSERT_EQ(brume("apply depth_fog street.exr -o a.png").status, 0);
