@@ -98,7 +98,7 @@ TEST_F(SessionTest, TheApplyLineMakesTheSamePicture) {
             R"({"effects": [{"effect": "depth_fog", "measure": "optical range", "visibility": 30}]})");
     const auto here = std::filesystem::current_path();
     std::filesystem::current_path(folder_);
-    session.openFrames({{"a frame.exr"}, "", "", "", 24});
+    session.openFrames({.frames = {"a frame.exr"}, .camera = "height=3"});
     session.openPreset("fog.json");
     set("visibility", 12.5);
     session.edit("colour", "", [](Chain& next) {
@@ -111,6 +111,7 @@ TEST_F(SessionTest, TheApplyLineMakesTheSamePicture) {
     EXPECT_THROW(applyLine(session, "cpu"), Error);
     std::filesystem::current_path(here);
     EXPECT_THAT(line, HasSubstr("--set depth_fog.visibility=12.5"));
+    EXPECT_THAT(line, HasSubstr("--camera height=3"));
     const test::Ran ran = test::run(folder_, "BRUME" + line.substr(std::string("brume").size()));
     EXPECT_EQ(ran.status, 0) << ran.err << line;
     EXPECT_EQ(brume("apply same.json 'a frame.exr' -o same.png --backend cpu").status, 0);
@@ -121,12 +122,12 @@ TEST_F(SessionTest, AMistakenFileLeavesEverythingAsItWas) {
     addFrame("frame.exr");
     addText("wrong.json", R"({"effects": [{"effect": "depth_fogg"}]})");
     session.openPreset("depth_fog");
-    session.openFrames({{path("frame.exr")}, "", "", "", 24});
+    session.openFrames({.frames = {path("frame.exr")}});
     const std::string before = writePreset(session.chain());
     const auto frames = session.framesRevision();
     EXPECT_THROW(session.openPreset(path("wrong.json")), Error);
-    EXPECT_THROW(session.openFrames({{path("none.exr")}, "", "", "", 24}), Error);
-    EXPECT_THROW(session.openFrames({{path("frame.exr")}, "", "", "purple", 24}), Error);
+    EXPECT_THROW(session.openFrames({.frames = {path("none.exr")}}), Error);
+    EXPECT_THROW(session.openFrames({.frames = {path("frame.exr")}, .color = "purple"}), Error);
     EXPECT_THROW(session.readDepthAs("kity"), Error);
     EXPECT_THROW(session.addEffect("depth_fogg"), Error);
     EXPECT_EQ(writePreset(session.chain()), before);
