@@ -66,12 +66,19 @@ ParameterValue drawValue(const Parameter& p, cv::RNG& random) {
     return value;
 }
 
+// cv::RNG is linear: of states evenly apart, as seeds and numbers are, it may draw the same few choices for
+// many sets. Bits are mixed first (the finalizer of splitmix64).
+uint64_t mixed(uint64_t bits) {
+    bits = (bits ^ bits >> 30) * 0xbf58476d1ce4e5b9u;
+    bits = (bits ^ bits >> 27) * 0x94d049bb133111ebu;
+    return bits ^ bits >> 31;
+}
+
 PlanSet draw(const std::shared_ptr<const Effect>& effect, uint32_t seed, int number) {
     PlanSet set;
     set.number = number;
     set.effect = effect->name();
-    cv::RNG random((uint64_t(seed) << 32) + uint64_t(number) * 0x9e3779b97f4a7c15u + 1);
-    for (int k = 0; k < 8; k++) random.next();
+    cv::RNG random(mixed(mixed(seed) + uint64_t(number) + 1));
     const Chart* chart = effect->header.chart.get();
     if (chart && !chart->before.empty())
         set.chain =
