@@ -48,7 +48,7 @@ class Unseen {
             (density > 0 ? positive : negative) += 2 * step * std::abs(density);
         }
         const double negativePair = 2 * positive * negative;
-        if (bounds.mean.empty()) {
+        if (bounds.lowest.empty()) {
             const double range = bounds.high - bounds.low;
             add(in.largestUnseen(bounds.low - negativePair * range), range, HUGE_VAL);
             return;
@@ -57,10 +57,10 @@ class Unseen {
         const double deviation =
             wanted.deviation * in.frame.size.width / in.scene.size.width / tile;  // of the frame, in tiles
         const int reach = int(std::ceil(wanted.reach * deviation));
-        const cv::Size window(std::min(2 * reach + 1, 2 * bounds.mean.cols + 1),
-                              std::min(2 * reach + 1, 2 * bounds.mean.rows + 1));
+        const cv::Size window(std::min(2 * reach + 1, 2 * bounds.lowest.cols + 1),
+                              std::min(2 * reach + 1, 2 * bounds.lowest.rows + 1));
         const cv::Mat box = cv::Mat::ones(window, CV_8U);
-        cv::Mat lowest, highest, light = bounds.mean.clone(), dark = bounds.mean.clone();
+        cv::Mat lowest, highest, light = bounds.greatestMean.clone(), dark = bounds.leastMean.clone();
         cv::erode(bounds.lowest, lowest, box, {-1, -1}, 1, cv::BORDER_REPLICATE);
         cv::dilate(bounds.highest, highest, box, {-1, -1}, 1, cv::BORDER_REPLICATE);
         // Replicated edges repeat a tile's last pixels, which may be its brightest, or darkest.
@@ -100,9 +100,9 @@ class Unseen {
     };
     std::vector<Place> places_;
 
-    // What the kernel makes of an image at least: of tiles' means, which are all that is known, as much as
-    // any pixel of a tile may weigh for any pixel of another. The means are above 0, `dark` and `light` at
-    // most and at least that. Returns what it is of a constant 1.
+    // What the kernel makes of an image at least: of tiles' means, as much as any pixel of a tile may weigh
+    // for any pixel of another. The means are above 0, and between `dark` and `light`. Returns what it is of
+    // a constant 1.
     static double leastOf(const Wanted& wanted, double deviation, int reach, const cv::Mat& dark,
                           const cv::Mat& light, cv::Mat& floor) {
         // Along one axis the density lies between sure - shade and bright - shade.

@@ -281,19 +281,19 @@ Plan plan(const LightDetect& p, const PlanInput& in) {
         return (p.limit > 0 ? std::min(most, double(p.limit)) : most) * p.intensity;
     };
     plan.output = ImageBounds::anywhere(0, brightest(in.input.high));
-    if (!in.input.mean.empty()) {
-        const cv::Size tiles = in.input.mean.size();
-        plan.output.lowest = cv::Mat::zeros(tiles, CV_32FC3);
+    if (!in.input.lowest.empty()) {
+        const cv::Size tiles = in.input.lowest.size();
+        plan.output.lowest = plan.output.leastMean = cv::Mat::zeros(tiles, CV_32FC3);
         plan.output.highest.create(tiles, CV_32FC3);
-        plan.output.mean.create(tiles, CV_32FC3);
+        plan.output.greatestMean.create(tiles, CV_32FC3);
         for (int j = 0; j < tiles.height; j++)
             for (int i = 0; i < tiles.width; i++) {
                 const auto& highest = in.input.highest.at<cv::Vec3f>(j, i);
-                const auto& mean = in.input.mean.at<cv::Vec3f>(j, i);
+                const auto& mean = in.input.greatestMean.at<cv::Vec3f>(j, i);
                 const double most = brightest(std::max({highest[0], highest[1], highest[2]}));
                 const double sum = double(mean[0]) + mean[1] + mean[2];
                 plan.output.highest.at<cv::Vec3f>(j, i) = cv::Vec3f::all(float(most));
-                plan.output.mean.at<cv::Vec3f>(j, i) = cv::Vec3f::all(
+                plan.output.greatestMean.at<cv::Vec3f>(j, i) = cv::Vec3f::all(
                     float(in.input.low < 0 ? most : std::min(most, sum * colorful * p.intensity)));
             }
     }

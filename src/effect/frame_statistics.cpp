@@ -146,7 +146,7 @@ void measureTile(const FramePair& frame, const View& view, cv::Point at, FrameSt
     for (int n = 0; n < 3; n++) {
         s.color.lowest.at<cv::Vec3f>(at)[n] = sums.low[n];
         s.color.highest.at<cv::Vec3f>(at)[n] = sums.high[n];
-        s.color.mean.at<cv::Vec3f>(at)[n] = sums.sum[n] / float(columns * rows);
+        s.color.leastMean.at<cv::Vec3f>(at)[n] = sums.sum[n] / float(columns * rows);
     }
     part.sky += size_t(sums.sky);
     auto take = [&](Extreme& extreme, float value, const float* values, float sign) {
@@ -206,7 +206,9 @@ FrameStatistics measureFrame(const FramePair& frame) {
     s.radiansPerPixel = 1 / std::max(camera.fx, camera.fy);
     const auto view = View::of(frame.camera, s.size.width, s.size.height, stated.width, stated.height);
     const cv::Size tiles((s.size.width + tile - 1) / tile, (s.size.height + tile - 1) / tile);
-    for (cv::Mat* image : {&s.color.lowest, &s.color.highest, &s.color.mean}) image->create(tiles, CV_32FC3);
+    for (cv::Mat* image : {&s.color.lowest, &s.color.highest, &s.color.leastMean})
+        image->create(tiles, CV_32FC3);
+    s.color.greatestMean = s.color.leastMean;  // it is known
 
     s.hardest.create(tiles, CV_32FC4);
     std::vector<Part> parts(tiles.height);

@@ -13,10 +13,24 @@ namespace brume {
 ImageBounds ImageBounds::mixedWith(double from, double to) const {
     ImageBounds mixed = *this;
     mixed.low = std::min(low, from), mixed.high = std::max(high, to);
-    if (mean.empty()) return mixed;
+    if (lowest.empty()) return mixed;
     cv::min(lowest, cv::Scalar::all(from), mixed.lowest);
     cv::max(highest, cv::Scalar::all(to), mixed.highest);
-    cv::max(mean, cv::Scalar::all(to), mixed.mean);
+    // Dark pixels may become `to` and bright ones stay: at most mean(max(x, to)), whose x lie between the
+    // tile's ends. The bend of max is largest where all of them lie at one end or the other. Likewise below.
+    mixed.leastMean = leastMean.clone(), mixed.greatestMean = greatestMean.clone();
+    mixed.leastMean.forEach<cv::Vec3f>([&](cv::Vec3f& mean, const int* at) {
+        const auto &low = lowest.at<cv::Vec3f>(at), &high = highest.at<cv::Vec3f>(at),
+                   &mixedLow = mixed.lowest.at<cv::Vec3f>(at), &mixedHigh = mixed.highest.at<cv::Vec3f>(at);
+        auto& greatest = mixed.greatestMean.at<cv::Vec3f>(at);
+        for (int n = 0; n < 3; n++) {
+            const float range = high[n] - low[n];
+            auto share = [&](float x) { return range > 0 ? (x - low[n]) / range : 1.0f; };
+            const float bottom = std::max(low[n], float(to)), top = std::min(high[n], float(from));
+            greatest[n] = bottom + share(greatest[n]) * (mixedHigh[n] - bottom);
+            mean[n] = mixedLow[n] + share(mean[n]) * (top - mixedLow[n]);
+        }
+    });
     return mixed;
 }
 
@@ -85,8 +99,8 @@ struct Known {
         for (Probe& probe : result) {
             const cv::Point tile = probe.pixel / ImageBounds::tile;
             for (int n = 0; n < 3; n++) {
-                probe.low[n] = bounds.mean.empty() ? bounds.low : bounds.lowest.at<cv::Vec3f>(tile)[n];
-                probe.high[n] = bounds.mean.empty() ? bounds.high : bounds.highest.at<cv::Vec3f>(tile)[n];
+                probe.low[n] = bounds.lowest.empty() ? bounds.low : bounds.lowest.at<cv::Vec3f>(tile)[n];
+                probe.high[n] = bounds.lowest.empty() ? bounds.high : bounds.highest.at<cv::Vec3f>(tile)[n];
             }
         }
         return result;
@@ -100,7 +114,7 @@ cv::Mat darkest(const cv::Mat& hardest, const ImageBounds& bounds) {
         for (int i = 0; i < result.cols; i++)
             for (int n = 0; n < 3; n++)
                 result.at<cv::Vec4f>(j, i)[n] =
-                    bounds.mean.empty() ? float(bounds.low) : bounds.lowest.at<cv::Vec3f>(j, i)[n];
+                    bounds.lowest.empty() ? float(bounds.low) : bounds.lowest.at<cv::Vec3f>(j, i)[n];
     return result;
 }
 

@@ -19,8 +19,9 @@ enum class Backend { Cpu, Gl };
 struct ImageBounds {
     static constexpr int tile = 16;  ///< px of the frame along an edge
     double low = -HUGE_VAL, high = HUGE_VAL;
-    /// CV_32FC3, one pixel a tile: least, greatest and mean of each channel; empty: known as a whole only.
-    cv::Mat lowest, highest, mean;
+    /// CV_32FC3, one pixel a tile: least and greatest of each channel, and what its mean is at least and at
+    /// most; all empty: known as a whole only.
+    cv::Mat lowest, highest, leastMean, greatestMean;
 
     /// The bounds after every pixel was mixed with something between `from` and `to`.
     ImageBounds mixedWith(double from, double to) const;
