@@ -25,10 +25,12 @@ bool isPreset(const std::string& word) {
     const std::filesystem::path path(word);
     if (path.extension() == ".json" || path.extension() == ".fs") return true;
     if (isThere(path)) return false;
-    const auto presets = shippedPresets();
-    const auto effects = EffectRegistry::standard().names();
-    return std::find(effects.begin(), effects.end(), word) != effects.end() ||
-           std::any_of(presets.begin(), presets.end(), [&](const auto& p) { return p.first == word; });
+    std::vector<std::string> names = EffectRegistry::standard().names();
+    for (const auto& preset : shippedPresets()) names.push_back(preset.first);
+    if (std::find(names.begin(), names.end(), word) != names.end()) return true;
+    if (const std::string near = nearestName(word, names); !near.empty())
+        failUsage("no frame, preset or effect '", word, "' (did you mean '", near, "'?)");
+    return false;
 }
 
 cv::Size parseWindowSize(const std::string& words) {
@@ -92,6 +94,7 @@ void addPreview(CLI::App& program) {
             o.preset = o.words.frames.back();
             o.words.frames.pop_back();
         }
+        if (!o.screenshot.empty() && o.words.frames.empty()) failUsage("--screenshot: name a frame to show");
         moduleFunction<preview::RunPreviewFunction>("preview", "brumeRunPreview")(o);
     });
 }

@@ -127,6 +127,7 @@ void App::run() {
         readFrames();
         takeResults();
         advance();
+        if (!options.screenshot.empty()) failWhereNoPictureComes();
         if (redraws_ <= 0) {
             submit();
             continue;
@@ -140,7 +141,7 @@ void App::run() {
         submit();
         if (!options.screenshot.empty() && rendered && rendered->isFinal && !isBusy() && redraws_ == 0 &&
             (inspection || !loaded)) {
-            saveScreenshot(options.screenshot);
+            writeScreenshot(options.screenshot);
             isQuitting = true;
         }
         if (!screenshotWanted.empty()) saveScreenshot(std::exchange(screenshotWanted, ""));
@@ -148,6 +149,12 @@ void App::run() {
         presented(inputTime);
         writeState();
     }
+}
+
+// With --screenshot nobody is there to mend what is wrong.
+void App::failWhereNoPictureComes() const {
+    if (const std::string error = loader_->error(); !error.empty()) failIo(error);
+    if (!renderError.empty() && !isBusy()) failUsage(renderError);
 }
 
 void App::readFrames() {
@@ -427,12 +434,16 @@ void App::saveImage(const std::string& path) {
     });
 }
 
+void App::writeScreenshot(const std::string& path) {
+    if (std::filesystem::path(path).extension() == ".jpg")
+        writeThroughOpenImageIo(path, window.readPixels(), true, {});
+    else
+        writePng(path, window.readPixels(), {});
+}
+
 void App::saveScreenshot(const std::string& path) {
     attempt([&] {
-        if (std::filesystem::path(path).extension() == ".jpg")
-            writeThroughOpenImageIo(path, window.readPixels(), true, {});
-        else
-            writePng(path, window.readPixels(), {});
+        writeScreenshot(path);
         session.say("Saved " + path);
     });
 }

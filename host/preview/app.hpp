@@ -82,9 +82,11 @@ class App {
     void togglePlay();
     void copyApplyLine();
     void saveImage(const std::string& path);
+    void writeScreenshot(const std::string& path);
     void saveScreenshot(const std::string& path);
 
   private:
+    void failWhereNoPictureComes() const;
     void readFrames();
     void submit();
     void takeResults();

@@ -107,5 +107,25 @@ TEST_F(PreviewWindow, SaysWhatToDoWithoutADisplayOrWithAnOldOpenGl) {
         EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
 }
 
+// Nobody sits at a window that only makes a picture: it must end, and say why.
+TEST_F(PreviewWindow, AScreenshotThatCannotBeMadeEndsWithASentence) {
+    addFrame("frame.exr");
+    addText("damaged.exr", "no picture");
+    const std::string preview =
+        "env DISPLAY=" + Desktop::instance()->display() + " timeout 60 BRUME preview ";
+    auto refusal = [&](const std::string& words, int status) {
+        const Ran ran = run(folder_, preview + words);
+        EXPECT_EQ(ran.status, status) << words << "\n" << ran.err;
+        return ran.err;
+    };
+    EXPECT_THAT(refusal("frame.exr depth_fog --screenshot nowhere/shot.png", 3), HasSubstr("nowhere"));
+    EXPECT_THAT(refusal("frame.exr depth_fog --show dept --screenshot shot.png", 2), HasSubstr("'dept'"));
+    EXPECT_THAT(refusal("damaged.exr depth_fog --screenshot shot.png", 3), HasSubstr("damaged.exr"));
+    EXPECT_THAT(refusal("depth_fog --screenshot shot.png", 2), HasSubstr("name a frame"));
+    EXPECT_THAT(refusal("frame.exr depth_fgo --screenshot shot.png", 2),
+                HasSubstr("did you mean 'depth_fog'?"));
+    EXPECT_FALSE(std::filesystem::exists(path("shot.png")));
+}
+
 }  // namespace
 }  // namespace brume::test
