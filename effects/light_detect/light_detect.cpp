@@ -14,6 +14,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "common/stream.hpp"
 #include "effect/kit/math.hpp"
 #include "effect/plugin.hpp"
 
@@ -40,9 +41,9 @@ std::vector<double> hardFrom(const LightDetect& p, const DeriveContext&) {
 
 constexpr int tile = 64;  // px: short enough that most tiles of a night hold no light
 
-// Colour by channels, and what is measured of it.
+// Colour by channels, and how much of a light each pixel is.
 struct Planes {
-    float color[4][tile], luminance[tile], weight[tile];
+    float color[4][tile], weight[tile];
 };
 
 BRUME_INLINE float finite(float x) {
@@ -50,8 +51,8 @@ BRUME_INLINE float finite(float x) {
     return isNan(x) ? 0.0f : bounded;
 }
 
-// sRGB's curve for finite values, relative error 4e-7: x = 2^n·(1 + m), x^(5/12) = 2^(5n/12)·(1 + m)^(5/12),
-// each factor by a polynomial (Chebyshev's interpolation, relative errors 4e-8 and 1e-7).
+// sRGB's curve of any finite value, relative error 4e-7: x = 2^n·(1 + m), x^(5/12) = 2^(5n/12)·(1 +
+// m)^(5/12), each factor by a polynomial (Chebyshev's interpolation, relative errors 4e-8 and 1e-7).
 BRUME_INLINE float encodeFinite(float x) {
     const float a = std::fabs(x);
     const int bits = std::bit_cast<int>(std::max(a, 0.0031308f)), n = (bits - 0x3f3504f3) >> 23;
@@ -65,86 +66,150 @@ BRUME_INLINE float encodeFinite(float x) {
     return std::copysign(a <= 0.0031308f ? 12.92f * a : 1.055f * power - 0.055f, x);
 }
 
-// 1. Colour planes of finite values, and a bound of luminance: of linear values, to compare with a threshold
-// decoded. sRGB's curve is concave above 0, so the curve of a mean is at least the mean of the curve.
-BRUME_INLINE float separate(int luminance, const float* in, int count, Planes& t) {
-    int magnitude = 0, most = 0;  // floats above 0 compare as whole numbers do
-    for (int i = 0; i < 4 * count; i++)
-        magnitude = std::max(magnitude, std::bit_cast<int>(in[i]) & 0x7fffffff);
-    for (int i = 0; i < count; i++)
-        for (int n = 0; n < 4; n++) t.color[n][i] = in[4 * i + n];
-    if (magnitude >= 0x7f800000)
-        for (auto& plane : t.color)
-            for (int i = 0; i < count; i++) plane[i] = finite(plane[i]);
-    const float red = luminance == encoded601 ? 0.299f : 0.2126f,
-                green = luminance == encoded601 ? 0.587f : 0.7152f,
-                blue = luminance == encoded601 ? 0.114f : 0.0722f;
-    for (int i = 0; i < count; i++) {
-        float bound = std::max(t.color[0][i], 0.0f) * red + std::max(t.color[1][i], 0.0f) * green +
-                      std::max(t.color[2][i], 0.0f) * blue;
-        most = std::max(most, std::bit_cast<int>(bound));
+typedef float Sixteen __attribute__((vector_size(64), aligned(4), may_alias));
+typedef int SixteenBits __attribute__((vector_size(64), aligned(4), may_alias));
+
+// The same of values from 0 to 128, relative error 2e-7, for half the work: of each half octave the
+// reciprocal of its middle, and the middle's power, are looked up by the exponent's last four bits and the
+// first of the mantissa; what is left is 1 + m, |m| ≤ .2, whose power is a polynomial (the least largest
+// relative error).
+struct Encoding {
+    Sixteen reciprocal[2], power[2];
+    Encoding() {
+        for (int k = 0; k < 32; k++) {
+            // Bits 22 to 26 of a float: an exponent of -9, from k = 12 on, to 6.
+            const int exponent = (k / 2 + 10) % 16 - 9;
+            const float inverse = std::ldexp(k % 2 ? 4 / 7.f : 4 / 5.f, -exponent);
+            reciprocal[k / 16][k % 16] = inverse;
+            power[k / 16][k % 16] = float(1.055 * std::pow(double(inverse), -5 / 12.));
+        }
     }
-    return std::bit_cast<float>(most);
+    BRUME_INLINE Sixteen operator()(Sixteen x) const {
+        const Sixteen least = Sixteen{} + 0.0031308f, a = x > least ? x : least;
+        const SixteenBits half = (SixteenBits)a >> 22;
+        const Sixteen m = a * __builtin_shuffle(reciprocal[0], reciprocal[1], half) - 1.0f, m2 = m * m;
+        const Sixteen even = (-0.0428257658f * m2 - 0.121506561f) * m2 + 0.99999995f,
+                      odd = (0.0313980601f * m2 + 0.0640931701f) * m2 + 0.416667f;
+        const Sixteen curve = (even + m * odd) * __builtin_shuffle(power[0], power[1], half) - 0.055f;
+        return x > least ? curve : 12.92f * x;
+    }
+};
+
+// The numbers of one call.
+struct Detection {
+    const LightDetect* p;
+    const float *hardFrom, *rays;
+    const Encoding* encoding;
+    /// Of linear values: pixels whose channels are all below it are no lights. Luminance is a mean of
+    /// channels, and sRGB's curve rises.
+    float darkest;
+};
+
+// 1. The largest of colour, and whether all is finite and not below 0: floats compare as whole numbers do,
+// and those below 0 are large ones without a sign.
+struct Largest {
+    float color;
+    bool isPlain;
+};
+BRUME_INLINE Largest largestOf(const float* in) {
+    typedef unsigned Unsigned __attribute__((vector_size(64), aligned(4), may_alias));
+    SixteenBits color = {};
+    Unsigned all = {};
+    for (int i = 0; i < 4 * tile; i += 16) {
+        const SixteenBits bits = *reinterpret_cast<const SixteenBits*>(in + i);
+        color = bits > color ? bits : color;
+        all = (Unsigned)bits > all ? (Unsigned)bits : all;
+    }
+    int most = 0;
+    unsigned mostOfAll = 0;
+    for (int k = 0; k < 16; k++) {
+        most = std::max(most, k % 4 < 3 ? color[k] : 0);
+        mostOfAll = std::max(mostOfAll, all[k]);
+    }
+    return {std::bit_cast<float>(most), mostOfAll < 0x7f800000u};
 }
 
-// 3. What arrives over the distance; whether anything does.
-BRUME_INLINE bool arrive(const LightDetect& p, const float* rays, const float* depth, int x, int y, int count,
-                         Planes& t) {
+// Whether anything of a tile is within the range, and not beyond where the air lets nothing through: the way
+// along the ray is at least the depth.
+BRUME_INLINE bool mayArrive(const LightDetect& p, const float* depth) {
+    const float near = p.near, far = p.far > 0 ? p.far : HUGE_VALF, attenuation = p.attenuation;
+    int arrives = 0;
+    for (int i = 0; i < tile; i++) {
+        const float dimmed = attenuation * std::min(depth[i], 1e30f);
+        arrives |= !(depth[i] < near) & !(depth[i] > far) & !(dimmed >= 87.0f);
+    }
+    return arrives;
+}
+
+// 3. What arrives over the distance.
+BRUME_INLINE void arrive(const LightDetect& p, const float* rays, const float* depth, int x, int y,
+                         float* weight) {
     const float near = p.near, far = p.far > 0 ? p.far : HUGE_VALF, attenuation = p.attenuation;
     const float rayY = (float(y) + rays[1]) * rays[3], originX = rays[0], inverseFx = rays[2];
-    for (int i = 0; i < count; i++) t.weight[i] = depth[i] < near || depth[i] > far ? 0.0f : 1.0f;
     if (attenuation > 0.0f)
-        for (int i = 0; i < count; i++) {
-            float rayX = (float(x + i) + originX) * inverseFx;
-            float distance = std::min(depth[i] * View::rayLength(rayX, rayY), 1e30f);
-            t.weight[i] *= extinctionOf(attenuation * distance).transmittance;
+        for (int i = 0; i < tile; i++) {
+            const float rayX = (float(x + i) + originX) * inverseFx;
+            const float distance = std::min(depth[i] * View::rayLength(rayX, rayY), 1e30f),
+                        through = extinctionOf(attenuation * distance).transmittance;
+            weight[i] = depth[i] < near || depth[i] > far ? 0.0f : through;
         }
-    int most = 0;
-    for (int i = 0; i < count; i++) most = std::max(most, std::bit_cast<int>(t.weight[i]));
-    return most > 0;
-}
-
-BRUME_INLINE void measure(const LightDetect& p, int count, Planes& t) {
-    const float *r = t.color[0], *g = t.color[1], *b = t.color[2];
-    if (p.luminance == encoded601)
-        for (int i = 0; i < count; i++)
-            t.luminance[i] =
-                encodeFinite(r[i]) * 0.299f + encodeFinite(g[i]) * 0.587f + encodeFinite(b[i]) * 0.114f;
     else
-        for (int i = 0; i < count; i++) t.luminance[i] = r[i] * 0.2126f + g[i] * 0.7152f + b[i] * 0.0722f;
+        for (int i = 0; i < tile; i++) weight[i] = depth[i] < near || depth[i] > far ? 0.0f : 1.0f;
 }
 
-// 2. Knee, and the curve.
-BRUME_INLINE void weigh(const LightDetect& p, const float* from, int count, Planes& t) {
-    const float threshold = p.threshold, knee = p.knee, start = from[0], scale = from[1], curve = p.curve;
-    if (knee == 0.0f) {
-        for (int i = 0; i < count; i++) t.weight[i] = t.luminance[i] > threshold ? t.weight[i] : 0.0f;
-    } else {
-        for (int i = 0; i < count; i++) {
-            float b = t.luminance[i], s = std::min(std::max(b - start, 0.0f), 2.0f * knee);
-            t.weight[i] *= std::max(s * s * scale, b - threshold) / std::max(b, 1e-6f);
+// 2. Luminance, its knee, and the curve.
+BRUME_INLINE void measure(const Detection& d, bool isPlain, const Planes& t, float* luminance) {
+    const float *r = t.color[0], *g = t.color[1], *b = t.color[2];
+    if (d.p->luminance == linear709)
+        for (int i = 0; i < tile; i++) luminance[i] = r[i] * 0.2126f + g[i] * 0.7152f + b[i] * 0.0722f;
+    else if (isPlain) {
+        const Encoding encode = *d.encoding;
+        for (int i = 0; i < tile; i += 16) {
+            auto at = [&](const float* plane) __attribute__((always_inline)) {
+                return encode(*reinterpret_cast<const Sixteen*>(plane + i));
+            };
+            *reinterpret_cast<Sixteen*>(luminance + i) = at(r) * 0.299f + at(g) * 0.587f + at(b) * 0.114f;
         }
-    }
+    } else
+        for (int i = 0; i < tile; i++)
+            luminance[i] =
+                encodeFinite(r[i]) * 0.299f + encodeFinite(g[i]) * 0.587f + encodeFinite(b[i]) * 0.114f;
+}
+BRUME_INLINE void weigh(const LightDetect& p, const float* from, const float* luminance, float* weight) {
+    const float threshold = p.threshold, knee = p.knee, start = from[0], scale = from[1], curve = p.curve;
+    if (knee == 0.0f)
+        for (int i = 0; i < tile; i++) weight[i] = luminance[i] > threshold ? weight[i] : 0.0f;
+    else
+        for (int i = 0; i < tile; i++) {
+            const float b = luminance[i], s = std::min(std::max(b - start, 0.0f), 2.0f * knee);
+            weight[i] *= std::max(s * s * scale, b - threshold) / std::max(b, 1e-6f);
+        }
     if (curve != 1.0f)
-        for (int i = 0; i < count; i++) t.weight[i] = powFast(t.weight[i], curve);
+        for (int i = 0; i < tile; i++) weight[i] = powFast(weight[i], curve);
 }
 
-// The lights of `count` pixels of a row, added to `sums`, one a channel. Stretches darker than `darkest`, of
-// linear values, and those that nothing arrives from need no sRGB curve.
-BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const float* rays, const float* in,
-                               const float* depth, int x, int y, int count, float darkest,
+// The lights of a tile, added to `sums`, one a channel.
+BRUME_VECTORISE void addLights(const Detection& d, const float* in, const float* depth, int x, int y,
                                float* const* sums) {
+    const LightDetect& p = *d.p;
+    float *red = sums[0], *green = sums[1], *blue = sums[2], *alpha = sums[3];
+    const Largest largest = largestOf(in);
+    float bounded[4 * tile];
+    if (!largest.isPlain) {
+        for (int i = 0; i < 4 * tile; i++) bounded[i] = finite(in[i]);
+        in = bounded;
+    }
+    for (int i = 0; i < tile; i++) alpha[i] += in[4 * i + 3];
+    if (largest.color < d.darkest || !mayArrive(p, depth)) return;
     Planes t;
-    for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 4 * tile));
-    for (int i = 0; i < count; i += 16) __builtin_prefetch(depth + i + 4 * tile);
-    const float brightest = separate(p.luminance, in, count, t);
-    for (int i = 0; i < count; i++) sums[3][i] += t.color[3][i];
-    if (brightest < darkest || !arrive(p, rays, depth, x, y, count, t)) return;
-    measure(p, count, t);
-    weigh(p, from, count, t);
+    for (int i = 0; i < tile; i++)
+        for (int n = 0; n < 4; n++) t.color[n][i] = in[4 * i + n];
+    float luminance[tile];
+    arrive(p, d.rays, depth, x, y, t.weight);
+    measure(d, largest.isPlain && largest.color < 128.0f, t, luminance);
+    weigh(p, d.hardFrom, luminance, t.weight);
     const float saturation = p.saturation, intensity = p.intensity, limit = p.limit > 0 ? p.limit : HUGE_VALF;
-    float *red = sums[0], *green = sums[1], *blue = sums[2];
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < tile; i++) {
         float r = t.color[0][i], g = t.color[1][i], b = t.color[2][i];
         float grey = r * 0.2126f + g * 0.7152f + b * 0.0722f, strength = t.weight[i] * intensity;
         r = std::max(grey + saturation * (r - grey), 0.0f);
@@ -159,14 +224,26 @@ BRUME_VECTORISE void addLights(const LightDetect& p, const float* from, const fl
 }
 
 // 4. The mean over the pixels that one pixel of the output stands for, of sums over its rows: pixel i stands
-// for columns begins[i] to begins[i + 1].
-BRUME_VECTORISE void average(float* out, int outWidth, const int* begins, float* const* sums, int width,
+// for columns begins[i] to begins[i + 1]. `lights` has room for the sums, `stride` of them a channel, as
+// pixels.
+BRUME_VECTORISE void average(float* out, int outWidth, const int* begins, const float* sums, int stride,
                              float* lights, int rows) {
     typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
-    if (outWidth == width) lights = out;
-    for (int i = 0; i < width; i++)
-        for (int n = 0; n < 4; n++) lights[4 * i + n] = sums[n][i];
-    if (outWidth == width && rows == 1) return;
+    for (int i = 0; i < stride; i += 16) {
+        const auto of = [&](int n) __attribute__((always_inline)) {
+            return *reinterpret_cast<const Sixteen*>(sums + n * stride + i);
+        };
+        const Sixteen r = of(0), g = of(1), b = of(2), a = of(3);
+        for (int half = 0; half < 2; half++) {
+            const SixteenBits two = {0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23};
+            const Sixteen rg = __builtin_shuffle(r, g, two + 8 * half),
+                          ba = __builtin_shuffle(b, a, two + 8 * half);
+            const SixteenBits four = {0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23};
+            float* to = lights + 4 * i + 32 * half;
+            *reinterpret_cast<Sixteen*>(to) = __builtin_shuffle(rg, ba, four);
+            *reinterpret_cast<Sixteen*>(to + 16) = __builtin_shuffle(rg, ba, four + 8);
+        }
+    }
     for (int i = 0; i < outWidth; i++) {
         Pixel sum = {};
         for (int x = begins[i]; x < begins[i + 1]; x++)
@@ -179,27 +256,46 @@ void run(const LightDetect& p, const CpuContext& c) {
     const int width = c.input.cols, height = c.input.rows;
     cv::Mat out = c.output;
     const float begin = c.derived("hardFrom")[0];  // of the knee
-    const float darkest = std::max((p.luminance == encoded601 ? decodeSrgb(begin) : begin) * 0.999f, 0.0f);
-    const float *hardFrom = c.derived("hardFrom").data(), *rays = c.derived("rays").data();
+    const Encoding encoding;
+    const Detection detection{
+        &p, c.derived("hardFrom").data(), c.derived("rays").data(), &encoding,
+        std::max((p.luminance == encoded601 ? decodeSrgb(begin) : begin) * 0.999f, 0.0f)};
     std::vector<int> begins(out.cols + 1);
     for (int i = 0; i <= out.cols; i++) begins[i] = int(int64_t(i) * width / out.cols);
+    const int stride = (width + tile - 1) / tile * tile;
+    const bool streams = c.outputIsStreamed && canStreamPlanes() && out.size() == c.input.size();
     auto detect = [&](const cv::Range& range) {
-        std::vector<float> columns(4 * size_t(width)), lights(columns.size());
-        float* sums[4];
-        for (int n = 0; n < 4; n++) sums[n] = columns.data() + size_t(n) * width;
+        std::vector<float> columns(4 * size_t(stride)), lights(columns.size());
+        float tileIn[4 * tile] = {}, tileDepth[tile] = {};  // the last of a row, with nothing beyond
         for (int j = range.start; j < range.end; j++) {
-            int y0 = int(int64_t(j) * height / out.rows), y1 = int(int64_t(j + 1) * height / out.rows);
+            const int y0 = int(int64_t(j) * height / out.rows), y1 = int(int64_t(j + 1) * height / out.rows);
             std::fill(columns.begin(), columns.end(), 0.0f);
-            for (int y = y0; y < y1; y++)
+            float* sums[4];
+            for (int y = y0; y < y1; y++) {
+                const float *rowIn = c.input.ptr<float>(y), *rowDepth = c.depth.ptr<float>(y);
                 for (int x = 0; x < width; x += tile) {
-                    float* const at[4] = {sums[0] + x, sums[1] + x, sums[2] + x, sums[3] + x};
-                    addLights(p, hardFrom, rays, c.input.ptr<float>(y) + 4 * x, c.depth.ptr<float>(y) + x, x,
-                              y, std::min(tile, width - x), darkest, at);
+                    const float *in = rowIn + 4 * x, *depth = rowDepth + x;
+                    const int count = std::min(tile, width - x);
+                    for (int n = 0; n < 4; n++) sums[n] = columns.data() + size_t(n) * stride + x;
+                    for (int i = 0; i < count; i += 4) __builtin_prefetch(in + 4 * (i + 8 * tile));
+                    for (int i = 0; i < count; i += 16) __builtin_prefetch(depth + i + 8 * tile);
+                    if (count < tile) {
+                        std::copy(in, in + 4 * count, tileIn);
+                        std::copy(depth, depth + count, tileDepth);
+                        in = tileIn, depth = tileDepth;
+                    }
+                    addLights(detection, in, depth, x, y, sums);
                 }
-            average(out.ptr<float>(j), out.cols, begins.data(), sums, width, lights.data(), y1 - y0);
+            }
+            float* const to = out.ptr<float>(j);
+            if (streams)
+                streamPlanes(to, columns.data(), stride, width);
+            else
+                average(to, out.cols, begins.data(), columns.data(), stride, lights.data(), y1 - y0);
         }
+        if (streams) streamEnd();
     };
-    cv::parallel_for_(cv::Range(0, out.rows), detect, 4 * cv::getNumThreads());
+    cv::parallel_for_(cv::Range(0, out.rows), detect, 16 * cv::getNumThreads());
 }
 
 // --- reference, fp64

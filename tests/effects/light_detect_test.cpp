@@ -188,3 +188,22 @@ TEST(LightDetect, GlslAgreesAboutEveryLightNotOnTheThreshold) {
             }
     }
 }
+
+// Images larger than the caches are written past them, and stretches with a value below 0, above 128 or no
+// number are measured by the whole of sRGB's curve.
+TEST(LightDetect, APixelsLightIsItsOwnInLargeImagesAndBesideSpecialPixels) {
+    const cv::Mat part = blur_test::randomImage({1030, 64}, 8);
+    cv::Mat whole, special = part.clone();
+    cv::repeat(part, 17, 1, whole);
+    const char* parameters = R"("threshold": 0.4, "knee": 0.3)";
+    const cv::Mat lights = detect(frameOf(part), parameters), many = detect(frameOf(whole), parameters);
+    for (int k = 0; k < 17; k++)
+        ASSERT_EQ(cv::norm(many.rowRange(64 * k, 64 * k + 64), lights, cv::NORM_INF), 0) << k;
+    const cv::Rect place(7, 0, 1, 64);
+    for (float value : {-1.f, 500.f, std::numeric_limits<float>::quiet_NaN()}) {
+        special(place).setTo(cv::Scalar(value, .5, .5, 1));
+        cv::Mat besides = detect(frameOf(special), parameters);
+        lights(place).copyTo(besides(place));
+        EXPECT_LE(blur_test::difference(besides, lights), 1e-6) << value;  // measured: 3e-7
+    }
+}
