@@ -47,7 +47,7 @@ void FrameOptions::addTo(CLI::App& command) {
             CLI::detail::join(depthEncodingNames(), ", ") +
             "), then details, as in 'opengl:near=.1,far=100' (default: what the sidecar says)");
     command.add_option("--camera", camera,
-                       "Where the camera was, for frames that do not say it: a sidecar's keys, as in "
+                       "Where the camera was, in place of what sidecars say: their keys, as in "
                        "'horizontal_view_degrees=75,height=1.5' or "
                        "'fx=525,fy=525,cx=319.5,cy=239.5,pixel_centres=whole'");
     command.add_option("--color", color,

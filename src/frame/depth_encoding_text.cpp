@@ -58,6 +58,7 @@ const std::vector<ReadyMade>& readyMade() {
         {"middlebury", ofKind(Kind::Disparity, {inf}), "focal_baseline"},  // PFM; "offset" is its doffs
         {"kinect", sensor(.001, 10), ""},                                  // as SDKs and data sets save it
         {"realsense", sensor(.001, 20), ""},                               // the SDK's default unit
+        {"metres", linear(1, {0}), ""},
         {"millimetres", linear(.001, {0}), ""},
         {"unreal", linear(.01, {}, true), ""},  // world depth in cm
         {"opengl", ofKind(Kind::Device), "near far"},

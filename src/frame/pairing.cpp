@@ -33,7 +33,8 @@ std::string depthFileFor(const std::string& colorPath, const std::string& patter
     const fs::path beside = fs::path(colorPath).parent_path() / name;
     if (isThere(beside)) return beside.lexically_normal().string();
     if (isThere(name)) return name;
-    failIo(colorPath, ": its depth ", beside.string(), " does not exist");
+    if (beside == fs::path(name)) failIo(colorPath, ": its depth ", name, " does not exist");
+    failIo(colorPath, ": its depth is neither ", name, " nor ", beside.string());
 }
 
 namespace {

@@ -171,12 +171,14 @@ std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     return images;
 }
 
-std::vector<std::string> globbed(const std::string& name) {
+bool isGlob(const std::string& name) { return name.find_first_of("*?") != std::string::npos; }
+
+std::vector<std::string> globbed(const std::string& name, bool depths) {
     glob_t found{};
     std::vector<std::string> files;
     if (glob(name.c_str(), 0, nullptr, &found) == 0)
         for (size_t k = 0; k < found.gl_pathc; ++k)
-            if (!isDepthBeside(found.gl_pathv[k]) &&
+            if ((depths || !isDepthBeside(found.gl_pathv[k])) &&
                 isImageEnding(fs::path(found.gl_pathv[k]).extension().string()))
                 files.push_back(found.gl_pathv[k]);
     std::map<fs::path, SpokenOf> isMap;
@@ -229,8 +231,8 @@ std::vector<FrameFiles> colorFiles(const std::string& name) {
         frames.push_back({name, "", timestampOf(name)});
     else if (patternIn(name))
         for (const auto& [number, file] : matching(name)) frames.push_back({file, "", {}});
-    else if (name.find_first_of("*?") != std::string::npos)
-        for (const std::string& file : globbed(name)) frames.push_back({file, "", timestampOf(file)});
+    else if (isGlob(name))
+        for (const std::string& file : globbed(name, false)) frames.push_back({file, "", timestampOf(file)});
     else
         frames.push_back({name, "", {}});  // reading it says what is wrong
     return frames;
@@ -330,17 +332,24 @@ std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const s
             } catch (const Error& e) {
                 f.missing = e.what();
             }
+        const bool noneFits =
+            std::all_of(paired.begin(), paired.end(), [](const FrameFiles& f) { return !f.missing.empty(); });
+        for (FrameFiles& f : paired)
+            if (noneFits && frames.size() > 1)
+                f.missing += "; if names differ, give --depth the folder: it pairs by time or number as well";
         return paired;
     }
-    if (isList(depth) || isFolder(depth)) {
+    const bool isPattern = !isThere(depth) && patternIn(depth), isAny = !isThere(depth) && isGlob(depth);
+    if (isList(depth) || isFolder(depth) || (isAny && !isPattern)) {
         std::vector<DepthFile> depths;
         if (isList(depth))
             for (const FrameFiles& d : readList(depth)) depths.push_back({d.color, d.time});
         else
-            for (const std::string& file : imagesIn(depth, true)) depths.push_back({file, timestampOf(file)});
+            for (const std::string& file : isAny ? globbed(depth, true) : imagesIn(depth, true))
+                depths.push_back({file, timestampOf(file)});
         return pairWith(paired, depths, depth);
     }
-    if (!isThere(depth) && patternIn(depth)) {
+    if (isPattern) {
         const std::map<long, std::string> files = matching(depth);
         for (FrameFiles& f : paired) {
             const std::optional<long> number = numberOf(f.color);
@@ -352,6 +361,11 @@ std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const s
                     text(f.color, ": has no depth ", number ? filled(*patternIn(depth), *number) : depth);
         }
         return paired;
+    }
+    if (frames.size() > 1 && !isThere(depth)) {
+        if (const size_t brace = depth.find('{'); brace != std::string::npos)
+            failIo(depth, ": the name of a frame is written {stem}, as in 'depth/{stem}.png'");
+        failIo(depth, ": there is no such depth file, folder, pattern or list");
     }
     if (frames.size() > 1)
         failIo(depth, ": one depth file for ", frames.size(),

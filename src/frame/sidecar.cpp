@@ -64,6 +64,7 @@ Camera cameraFromJson(const json& c, cv::Size size, const std::string& where) {
     }
     if (c.contains("fx")) camera.fx = camera.fy = number(c, "fx", where);
     if (c.contains("fy")) camera.fy = number(c, "fy", where);
+    if (!c.contains("fx") && !c.contains("horizontal_view_degrees")) camera.fx = camera.fy;
     if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy)))
         failIo(where, ": the focal lengths ", camera.fx, ", ", camera.fy, " px are not above 0");
     const json centres = c.value("pixel_centres", json("half"));

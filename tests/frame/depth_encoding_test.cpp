@@ -119,6 +119,7 @@ TEST(DepthEncoding, MistakesAreNamed) {
         return sentenceOf(ErrorKind::Usage, [&] { parseDepthEncoding(text); });
     };
     EXPECT_NE(usage("opengk:near=1,far=2").find("opengl"), std::string::npos);
+    EXPECT_NE(usage("meters").find("did you mean 'metres'"), std::string::npos);
     EXPECT_NE(usage("kinekt").find("did you mean 'kinect'"), std::string::npos);
     EXPECT_NE(usage("opneGL:near=1,far=2").find("did you mean 'opengl'"), std::string::npos);
     EXPECT_NE(usage("pointcloud").find("there are: linear, device"), std::string::npos)

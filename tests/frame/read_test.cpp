@@ -212,6 +212,14 @@ TEST_F(Reading, SidecarSaysWhatFilesCannot) {
     EXPECT_EQ(frame.time, 1.25);
     EXPECT_EQ((*frame.extras)["lights"][0], 1);
 
+    // One focal length serves both ways.
+    for (const char* one : {"fx", "fy"}) {
+        writeText("a.json", std::string(R"({"depth": {"file": "d/z.png", "encoding": "tum"}, "camera": {")") +
+                                one + "\": 7}}");
+        EXPECT_EQ(readFrame(file("a.png")).camera.fx, 7) << one;
+        EXPECT_EQ(readFrame(file("a.png")).camera.fy, 7) << one;
+    }
+
     const auto refusal = [&](const std::string& json) {
         writeText("a.json", json);
         return sentenceOf(ErrorKind::Io, [&] { readFrame(file("a.png")); });

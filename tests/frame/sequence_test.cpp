@@ -93,10 +93,23 @@ TEST_F(Sequences, DepthByPatternStemNumberOrFolder) {
               (Names{"rgb/a_01.png>z/depth_0001.png", "rgb/a_02.png>z/depth_0002.png"}));
     EXPECT_EQ(expanded({file("rgb")}, file("z")),
               (Names{"rgb/a_01.png>z/depth_0001.png", "rgb/a_02.png>z/depth_0002.png"}));
+    EXPECT_EQ(expanded({file("rgb")}, file("depth/*.exr")), byStem);
+    EXPECT_EQ(expanded({file("rgb")}, file("z/depth_000?.png")),
+              (Names{"rgb/a_01.png>z/depth_0001.png", "rgb/a_02.png>z/depth_0002.png"}));
     EXPECT_EQ(expanded({file("rgb/a_02.png")}, file("depth/a_02.exr")), (Names{byStem[1]}));
     EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, file("depth/a_01.exr")); })
                   .find("one depth file"),
               std::string::npos);
+    const auto refusal = [&](const std::string& depth) {
+        return sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, depth); });
+    };
+    EXPECT_NE(refusal(file("dept")).find("there is no such depth file, folder"), std::string::npos);
+    EXPECT_NE(refusal(file("depth/*.tif")).find("no file matches"), std::string::npos);
+    EXPECT_NE(refusal("../depth/{name}.exr").find("is written {stem}"), std::string::npos);
+    // Names that differ: both places that were looked at, and what pairs otherwise.
+    const std::string other = refusal("z/{stem}.png");
+    EXPECT_NE(other.find("neither z/a_01.png nor " + file("rgb/z/a_01.png")), std::string::npos) << other;
+    EXPECT_NE(other.find("give --depth the folder"), std::string::npos) << other;
     touch({"rgb/a_03.png"});
     EXPECT_NE(expandFrames({file("rgb")}, file("depth")).back().missing.find("a_03"), std::string::npos);
 }
