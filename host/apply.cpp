@@ -193,15 +193,22 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
 }
 
 // What was stated here is the likeliest to be wrong, and wrong for every frame: the first tells.
-void doubtStatedDepth(const FrameFiles& first, const Arguments& a) {
-    if (a.frame.encoding.empty() || !first.missing.empty()) return;
+void doubtWhatIsStated(const FrameFiles& first, const Arguments& a) {
+    if ((a.frame.encoding.empty() && a.frame.camera.empty()) || !first.missing.empty()) return;
     ReadOptions options = a.frame.read();
     options.depth = first.depth;
     try {
-        for (const Doubt& d : findDoubts(readCapture(first.color, options), *options.encoding))
-            std::cerr << printable(text("note: the depth of '", first.color, "' looks wrong as ",
-                                        a.frame.encoding, ": ", d.name, ": ", d.evidence))
+        const Capture capture = readCapture(first.color, options);
+        const auto encoding = capture.stated ? capture.stated : capture.habit;
+        if (!encoding) return;
+        for (const Doubt& d : findDoubts(capture, *encoding)) {
+            const std::string& stated = d.name == "camera" ? a.frame.camera : a.frame.encoding;
+            if (stated.empty()) continue;
+            std::cerr << printable(text("note: the ", d.name == "camera" ? "camera" : "depth", " of '",
+                                        first.color, "' looks wrong as ", stated, ": ",
+                                        d.name == "camera" ? "" : d.name + ": ", d.evidence))
                       << "\n";
+        }
     } catch (const Error&) {  // the run itself will say it
     }
 }
@@ -323,7 +330,7 @@ void apply(Arguments a) {
     if (a.format.empty() && names.isFolder() && !batch.tasks.empty() &&
         fs::path(batch.tasks[0].output).extension() == ".exr")
         std::cerr << "note: EXR frames make EXR pictures; --format png makes PNG\n";
-    doubtStatedDepth(inputs[0], a);
+    doubtWhatIsStated(inputs[0], a);
     runTasks(a, batch, inputs.size(), (fs::path(names.folder()) / sheet).string());
 }
 

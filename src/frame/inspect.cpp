@@ -192,12 +192,32 @@ void doubtCeiling(Case& c) {
                 std::to_string(pileFrom) + " for sky, or unknown)");
 }
 
+// Pixels of another size, or a digit lost: the picture would be seen hardly at all, or nearly half around.
+void doubtCamera(Case& c) {
+    const Camera& camera = c.capture.frame.camera;
+    const cv::Size size = c.capture.frame.size();
+    const double degrees =
+        (std::atan(camera.cx / camera.fx) + std::atan((size.width - camera.cx) / camera.fx)) * 180 / CV_PI;
+    const double x = camera.cx / size.width - .5, y = camera.cy / size.height - .5;
+    const double aspect = camera.fx / camera.fy;
+    const std::string picture = text("of a picture of ", size.width, " × ", size.height);
+    if (std::max(std::abs(x), std::abs(y)) > .25)
+        c.doubt("camera", "the centre " + shown(camera.cx) + ", " + shown(camera.cy) + ' ' + picture +
+                              " lies far from its middle: are these numbers of another size, or cropped?");
+    else if (degrees > 150 || degrees < 3)
+        c.doubt("camera", "with f " + shown(camera.fx) + " px the camera " + picture + " sees " +
+                              shown(degrees) + "° across: are these pixels of another size?");
+    else if (aspect > 1.25 || aspect < .8)
+        c.doubt("camera", "fx " + shown(camera.fx) + " and fy " + shown(camera.fy) +
+                              " px make pixels that are far from square");
+}
+
 }  // namespace
 
 const std::vector<std::string>& doubtNames() {
     static const std::vector<std::string> names = {"polarity",  "disparity", "mirrored",  "flipped",
                                                    "far plane", "scale",     "quantised", "overlay",
-                                                   "ceiling",   "holes"};
+                                                   "ceiling",   "holes",     "camera"};
     return names;
 }
 
@@ -263,6 +283,7 @@ std::vector<Doubt> findDoubts(const Capture& capture, const DepthEncoding& encod
     doubtQuantisation(c);
     doubtOverlay(c);
     doubtCeiling(c);
+    doubtCamera(c);
     if (c.statistics.unknown > .5)
         c.doubt("holes", percent(c.statistics.unknown) + " of the depth is unknown");
     return doubts;

@@ -105,6 +105,13 @@ const std::vector<Fault>& faults() {
              return restored(from, DepthEncoding(),
                              [step](float z) { return step * std::clamp(std::round(z / step), 1.f, 255.f); });
          }},
+        {"a camera of twice the size", "camera",
+         [](const Copy& from) {
+             Copy copy = from;
+             Camera& c = copy.capture.frame.camera;
+             c.fx *= 2, c.fy *= 2, c.cx *= 2, c.cy *= 2;
+             return copy;
+         }},
         {"a weapon in its own range", "overlay",
          [](const Copy& from) {
              Copy copy = restored(from, DepthEncoding(), [](float z) { return z; });

@@ -65,6 +65,13 @@ TEST_F(ApplyErrors, aStatedUnitBeyondItsSensorIsDoubted) {
     EXPECT_THAT(said("realsense"), HasSubstr("tum (2.26 to 6.96 m)?"));
     EXPECT_THAT(said("tum"), testing::Not(HasSubstr(": scale: ")));
     EXPECT_THAT(brume("inspect room.png --depth-encoding kinect").out, HasSubstr("doubt: scale"));
+    const auto seen = [&](const std::string& camera) {
+        return brume("apply depth_fog room.png -o o.png --depth-encoding tum --camera " + camera).err;
+    };
+    EXPECT_THAT(seen("fx=262,fy=262,cx=160,cy=120"), testing::Not(HasSubstr("camera")));
+    EXPECT_THAT(seen("fx=525,fy=525,cx=319.5,cy=239.5"), HasSubstr("are these numbers of another size"));
+    EXPECT_THAT(seen("fx=2.62,fy=262"), HasSubstr("sees 178° across"));
+    EXPECT_THAT(seen("fx=262,fy=350"), HasSubstr("far from square"));
 }
 
 TEST_F(ApplyErrors, absurdHeadersTakeNoMemory) {
