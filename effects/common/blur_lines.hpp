@@ -163,11 +163,16 @@ template <class Vector>
 BRUME_INLINE Vector weighted(const Vector (&s)[6], const Vector* w) {
     return ((s[0] * w[0] + s[1] * w[1]) + (s[2] * w[2] + s[3] * w[3])) + (s[4] * w[4] + s[5] * w[5]);
 }
+template <class Vector>
+BRUME_INLINE Vector weighted(const Vector (&s)[4], const Vector* w) {
+    return (s[0] * w[0] + s[1] * w[1]) + (s[2] * w[2] + s[3] * w[3]);
+}
 
-// Six rows' weighted sum, four pixels from float i on.
-BRUME_INLINE Four columnSum(const float* const (&rows)[6], const Four (&w)[6], int i) {
-    Four s[6];
-    for (int m = 0; m < 6; m++) s[m] = *(const Four*)(rows[m] + i);
+// Six or four rows' weighted sum, four pixels from float i on.
+template <int taps>
+BRUME_INLINE Four columnSum(const float* const (&rows)[taps], const Four (&w)[taps], int i) {
+    Four s[taps];
+    for (int m = 0; m < taps; m++) s[m] = *(const Four*)(rows[m] + i);
     return weighted(s, w);
 }
 // One pixel of four, four times.
@@ -210,43 +215,75 @@ BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[6], const Fo
     }
 }
 
-// `groups` of four phases a small pixel.
-template <int groups>
-BRUME_INLINE void multiplyRows(float* out, const float* const (&rows)[6], const Four (&w)[6],
-                               const float* phases, int factor, int width) {
-    Four v = columnSum(rows, w, 0),
-         s[6] = {{}, fourTimes<0>(v), fourTimes<1>(v), fourTimes<2>(v), fourTimes<3>(v)};
-    v = columnSum(rows, w, 16);
-    s[5] = fourTimes<0>(v);
-    auto putNext = [&](Four next, int j) __attribute__((always_inline)) {
-        for (int m = 0; m < 5; m++) s[m] = s[m + 1];
-        s[5] = next;
-        for (int g = 0; g < groups; g++)
-            *(Four*)(out + 4 * (j * factor + 4 * g)) = weighted(s, (const Four*)phases + 6 * g);
-    };
-    for (int j = 0; j * factor < width; j += 4) {
-        putNext(fourTimes<1>(v), j);
-        if ((j + 1) * factor >= width) break;
-        putNext(fourTimes<2>(v), j + 1);
-        if ((j + 2) * factor >= width) break;
-        putNext(fourTimes<3>(v), j + 2);
-        if ((j + 3) * factor >= width) break;
-        v = columnSum(rows, w, 4 * (j + 8));
-        putNext(fourTimes<0>(v), j + 3);
+// The same from one small pixel on each side: a cubic B-spline.
+BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[4], const Four (&w)[4],
+                             const float* phases, int width) {
+    Four even[3], odd[2];
+    for (int m = 0; m < 3; m++) even[m] = fourTimes<0>(*(const Four*)(phases + 16 * m));
+    for (int m = 0; m < 2; m++) odd[m] = fourTimes<1>(*(const Four*)(phases + 16 * (m + 1)));
+    Four v = columnSum(rows, w, 0), next = {};
+    for (int j = 0; 2 * j < width; j += 4, v = next) {
+        next = columnSum(rows, w, 4 * (j + 4));
+        const Four s[3] = {v, fourFrom<1>(v, next), fourFrom<2>(v, next)};
+        Four a = (s[0] * even[0] + s[1] * even[1]) + s[2] * even[2], b = s[1] * odd[0] + s[2] * odd[1];
+        *(Four*)(out + 8 * j) =
+            __builtin_shufflevector(a, b, 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
+        *(Four*)(out + 8 * j + 16) =
+            __builtin_shufflevector(a, b, 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31);
     }
 }
 
-// `factor` pixels for each of the small ones that six rows sum up to, with weights w: out[j·factor + phase] =
-// Σ weight[phase][m]·sum[j + m], m = 0..5. phases[phase/4][m] holds four phases' weights, four times each.
-// Writes whole groups of phases, so up to factor + 3 pixels beyond `width` (8 if factor is 2); reads up to
-// eleven small pixels beyond the first that the last takes.
-BRUME_VECTORISE static void enlargeRows(float* out, const float* const* from, const float* weights,
-                                        const float* phases, int factor, int width) {
-    const float* rows[6];
-    Four w[6];
-    for (int m = 0; m < 6; m++) rows[m] = from[m], w[m] = Four{} + weights[m];
-    if (factor == 2 && phases[4] == 0.0f) return doubleRows<2>(out, rows, w, phases, width);
-    if (factor == 2) return doubleRows<3>(out, rows, w, phases, width);
+// `groups` of four phases a small pixel; six taps or four.
+template <int groups, int taps>
+BRUME_INLINE void multiplyRows(float* out, const float* const (&rows)[taps], const Four (&w)[taps],
+                               const float* phases, int factor, int width) {
+    constexpr int last = taps - 1;
+    Four v = columnSum(rows, w, 0), s[taps] = {};
+    s[1] = fourTimes<0>(v), s[2] = fourTimes<1>(v), s[3] = fourTimes<2>(v);
+    if constexpr (taps == 6) {
+        s[4] = fourTimes<3>(v);
+        v = columnSum(rows, w, 16);
+        s[5] = fourTimes<0>(v);
+    }
+    auto putNext = [&](Four next, int j) __attribute__((always_inline)) {
+        for (int m = 0; m < last; m++) s[m] = s[m + 1];
+        s[last] = next;
+        for (int g = 0; g < groups; g++)
+            *(Four*)(out + 4 * (j * factor + 4 * g)) = weighted(s, (const Four*)phases + taps * g);
+    };
+    // Four small pixels at a time, v holding what they come to need but for its first `held`.
+    constexpr int held = taps == 6 ? 1 : 3;
+    for (int j = 0; j * factor < width; j += 4) {
+        auto put = [&](auto k) __attribute__((always_inline)) {
+            if ((j + k) * factor >= width) return false;
+            if constexpr (held + k == 4) v = columnSum(rows, w, 4 * (j + (taps == 6 ? 8 : 4)));
+            putNext(fourTimes<(held + k) % 4>(v), j + k);
+            return true;
+        };
+        using std::integral_constant;
+        if (!put(integral_constant<int, 0>()) || !put(integral_constant<int, 1>()) ||
+            !put(integral_constant<int, 2>()) || !put(integral_constant<int, 3>()))
+            break;
+    }
+}
+
+// `factor` pixels for each of the small ones that six or four rows sum up to, with weights w: out[j·factor +
+// phase] = Σ weight[phase][m]·sum[j + m], m < taps. phases[phase/4][m] holds four phases' weights, four times
+// each. Writes whole groups of phases, so up to factor + 3 pixels beyond `width` (8 if factor is 2); reads up
+// to eleven small pixels beyond the first that the last takes.
+template <int taps>
+BRUME_INLINE void enlargeRowsBy(float* out, const float* const* from, const float* weights,
+                                const float* phases, int factor, int width) {
+    const float* rows[taps];
+    Four w[taps];
+    for (int m = 0; m < taps; m++) rows[m] = from[m], w[m] = Four{} + weights[m];
+    if (factor == 2) {
+        if constexpr (taps == 4)
+            return doubleRows(out, rows, w, phases, width);
+        else
+            return phases[4] == 0.0f ? doubleRows<2>(out, rows, w, phases, width)
+                                     : doubleRows<3>(out, rows, w, phases, width);
+    }
     switch ((factor + 3) / 4) {
         case 1:
             return multiplyRows<1>(out, rows, w, phases, factor, width);
@@ -257,6 +294,14 @@ BRUME_VECTORISE static void enlargeRows(float* out, const float* const* from, co
         default:
             return multiplyRows<4>(out, rows, w, phases, factor, width);
     }
+}
+BRUME_VECTORISE static void enlargeRows(float* out, const float* const* from, const float* weights,
+                                        const float* phases, int factor, int width) {
+    enlargeRowsBy<6>(out, from, weights, phases, factor, width);
+}
+BRUME_VECTORISE static void enlargeRowsByFour(float* out, const float* const* from, const float* weights,
+                                              const float* phases, int factor, int width) {
+    enlargeRowsBy<4>(out, from, weights, phases, factor, width);
 }
 
 }  // namespace blur

@@ -197,15 +197,15 @@ inline cv::Mat decimatedImage(const cv::Mat& in, int factor, std::span<const flo
     return small.image();
 }
 
-/// What enlargeRows wants of the weights.
-inline Scratch phaseGroups(int factor, std::span<const float> up) {
-    const size_t size = size_t(factor + 3) / 4 * 16 * enlargingTaps;
+/// What enlargeRows wants of the weights; `taps` of enlargingTaps, the outer ones of which are 0.
+inline Scratch phaseGroups(int factor, std::span<const float> up, int taps = enlargingTaps) {
+    const size_t size = size_t(factor + 3) / 4 * 16 * size_t(taps);
     Scratch groups(size);
     std::fill_n(groups.data(), size, 0.0f);
     for (int phase = 0; phase < factor; phase++)
-        for (int m = 0; m < enlargingTaps; m++)
-            std::fill_n(groups.data() + (phase / 4 * enlargingTaps + m) * 16 + phase % 4 * 4, 4,
-                        up[enlargingTaps * phase + m]);
+        for (int m = 0; m < taps; m++)
+            std::fill_n(groups.data() + (phase / 4 * taps + m) * 16 + phase % 4 * 4, 4,
+                        up[enlargingTaps * phase + (enlargingTaps - taps) / 2 + m]);
     return groups;
 }
 
@@ -216,12 +216,17 @@ inline size_t roomEnlarged(int factor, int count) { return 4 * size_t(count + fa
 constexpr int beyondSmall = 12;
 
 /// `count` pixels of row y of the enlarged small image from column `from`, a multiple of `factor`, on.
-inline void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, const float* groups,
-                       int y, int from, int count, float* out) {
-    const int first = from / factor + smallMargin - 2, row = y / factor + smallMargin - 2;
-    const float* rows[enlargingTaps];
-    for (int m = 0; m < enlargingTaps; m++) rows[m] = small.ptr<float>(row + m) + 4 * first;
-    enlargeRows(out, rows, up.data() + enlargingTaps * (y % factor), groups, factor, count);
+template <int taps = enlargingTaps>
+void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, const float* groups, int y,
+                int from, int count, float* out) {
+    constexpr int outer = (enlargingTaps - taps) / 2;
+    const int first = from / factor + smallMargin - 2 + outer, row = y / factor + smallMargin - 2 + outer;
+    const float *rows[taps], *weights = up.data() + enlargingTaps * (y % factor) + outer;
+    for (int m = 0; m < taps; m++) rows[m] = small.ptr<float>(row + m) + 4 * first;
+    if constexpr (taps == enlargingTaps)
+        enlargeRows(out, rows, weights, groups, factor, count);
+    else
+        enlargeRowsByFour(out, rows, weights, groups, factor, count);
 }
 
 /// `in` and `out` are CV_32FC4 of one size and do not overlap.

@@ -127,7 +127,7 @@ vec4 decimatedRow(int l, ivec2 small) {
     int factor = int(levels[l].y), offset = int(levelTables[l].y);
     ivec2 center = ivec2((small.x - 5) * factor, small.y);
     vec4 sum = prefilters[offset] * weighed(center, levels[l].x);
-    for (int t = 1; t <= 3 * (factor - 1); t++)
+    for (int t = 1; t <= 2 * (factor - 1); t++)
         sum += prefilters[offset + t] * (weighed(center - ivec2(t, 0), levels[l].x) + weighed(center + ivec2(t, 0), levels[l].x));
     return sum;
 }
@@ -135,7 +135,7 @@ vec4 decimatedColumn(int l, ivec2 small) {
     int factor = int(levels[l].y), offset = int(levelTables[l].y), left = int(levels[l].z) + small.x;
     int center = (small.y - 5) * factor;
     vec4 sum = prefilters[offset] * fetch(decimatedRows, ivec2(left, center));
-    for (int t = 1; t <= 3 * (factor - 1); t++)
+    for (int t = 1; t <= 2 * (factor - 1); t++)
         sum += prefilters[offset + t] *
                (fetch(decimatedRows, ivec2(left, center - t)) + fetch(decimatedRows, ivec2(left, center + t)));
     return sum;
@@ -153,9 +153,9 @@ vec4 enlargedLevel(int l, ivec2 p) {
     if (factor == 1) return stripFetch(blurred, l, small);
     int across = 6 * (offset + p.x % factor), down = 6 * (offset + p.y % factor);
     vec4 sum = vec4(0.0);
-    for (int m = 0; m < 6; m++) {
+    for (int m = 1; m < 5; m++) {
         vec4 column = vec4(0.0);
-        for (int n = 0; n < 6; n++) column += phases[down + n] * stripFetch(blurred, l, small + ivec2(m - 2, n - 2));
+        for (int n = 1; n < 5; n++) column += phases[down + n] * stripFetch(blurred, l, small + ivec2(m - 2, n - 2));
         sum += phases[across + m] * column;
     }
     return sum;

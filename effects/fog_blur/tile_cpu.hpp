@@ -58,7 +58,7 @@ class EnlargedLevel {
     EnlargedLevel(const LadderLevel& level, const cv::Mat& small)
         : level_(&level),
           small_(small),
-          phases_(blur::phaseGroups(level.factor, level.up)),
+          phases_(blur::phaseGroups(level.factor, level.up, boxCount)),
           made_(blur::roomEnlarged(level.factor, tileWidth + level.factor)) {}
     // Asks for the small rows that rows y to y + 7 take first, below those before.
     void askFor(int y, int x0, int count) const {
@@ -74,8 +74,8 @@ class EnlargedLevel {
     // `count` pixels of row y from x0 on, until the next call.
     const float* row(int y, int x0, int count) const {
         const int before = x0 % level_->factor;
-        blur::enlargeRow(small_, level_->factor, level_->up, phases_.data(), y, x0 - before, count + before,
-                         made_.data());
+        blur::enlargeRow<boxCount>(small_, level_->factor, level_->up, phases_.data(), y, x0 - before,
+                                   count + before, made_.data());
         return made_.data() + 4 * before;
     }
 
