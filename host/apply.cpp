@@ -230,7 +230,7 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
         } else if (!isLong && outcome.state == Outcome::State::Made) {
             for (const std::string& file : outcome.files) std::cout << file << "\n";
         }
-        if (!outcome.cameraIsStated && !saidCamera) {
+        if (!outcome.cameraIsStated && !saidCamera && task.making.frame.depth != noDepth) {
             saidCamera = true;
             progress.say(text("note: '", task.making.input,
                               "' does not state its camera: taken as 60° wide, level, 1.6 m up; --camera "

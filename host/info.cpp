@@ -9,6 +9,7 @@
 #include "effect/effect.hpp"
 #include "effect/preset.hpp"
 #include "measure/stability.hpp"
+#include "shell_word.hpp"
 
 namespace brume::host {
 namespace {
@@ -175,17 +176,17 @@ bool printPreset(const std::string& name) {
 }
 
 // What to type first: the effect alone with a parameter of its own changed, and the presets that hold it.
-void printExamples(const EffectHeader& header) {
+void printExamples(const EffectHeader& header, const std::string& asNamed) {
     const Parameter* first = nullptr;
     for (const Parameter& p : header.parameters)
         if (!first && p.type == ParameterType::Float && p.defaultValue.numbers.size() == 1 &&
             p.defaultValue.numbers[0] > 0)
             first = &p;
-    std::cout << "\nTry\n  brume apply " << header.name << " FRAME -o OUT.png";
+    std::cout << "\nTry\n  brume apply " << shellWord(asNamed) << " FRAME -o OUT.png";
     if (first)
         std::cout << " --set " << header.name << "." << first->name << "="
                   << first->defaultValue.numbers[0] / 2;
-    std::cout << "\n  brume preview FRAME " << header.name << "\n";
+    std::cout << "\n  brume preview FRAME " << shellWord(asNamed) << "\n";
     std::vector<std::string> presets;
     for (const auto& [preset, path] : shippedPresets()) {
         const Chain chain = readPreset(path, EffectRegistry::standard());
@@ -203,7 +204,7 @@ void info(const std::string& name) {
     std::cout << header.name << (effect->plugin ? "" : " (GLSL only)") << "\n";
     printWrapped(header.description, "  ");
     if (!header.credit.empty()) printWrapped("Credit: " + header.credit, "  ");
-    printExamples(header);
+    printExamples(header, name);
     std::cout << "\nParameters\n";
     printParameters(header.parameters, "  ");
     std::cout << "\nPasses\n";
@@ -212,12 +213,14 @@ void info(const std::string& name) {
         std::cout << "  pointwise: neighbours in a chain share one pass over memory on the CPU\n";
     if (header.writesTransmittance) std::cout << "  writes transmittance\n";
     printBreaks(*effect);
-    const Tolerance& t = header.tolerance;
-    std::cout << "\nChecked to: GLSL against CPU " << t.abs << " + " << t.rel
-              << "·|value|, CPU against reference " << t.reference << " of the scale";
-    if (t.measured >= 0) std::cout << " (largest part ever used: " << t.measured << ")";
     std::cout << "\n";
-    if (!t.reason.empty()) printWrapped(t.reason, "  ");
+    if (const Tolerance& t = header.tolerance; effect->plugin) {
+        std::cout << "Checked to: GLSL against CPU " << t.abs << " + " << t.rel
+                  << "·|value|, CPU against reference " << t.reference << " of the scale";
+        if (t.measured >= 0) std::cout << " (largest part ever used: " << t.measured << ")";
+        std::cout << "\n";
+        if (!t.reason.empty()) printWrapped(t.reason, "  ");
+    }
     std::cout << "File: " << header.path << "\n";
 }
 

@@ -40,7 +40,8 @@ void FrameOptions::addTo(CLI::App& command) {
     command.add_option(
         "--depth", depth,
         "Where depth is: a file, a pattern such as 'depth/{stem}.png' or 'd.####.exr', a folder, or a "
-        "list (default: Z in the frame's EXR, what its sidecar names, or NAME.depth.EXT beside it)");
+        "list; or none: all is sky (default: Z in the frame's EXR, what its sidecar names, or NAME.depth.EXT "
+        "beside it)");
     command.add_option(
         "--depth-encoding", encoding,
         "What the depth file's numbers mean: a ready-made name (" +

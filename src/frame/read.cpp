@@ -127,11 +127,16 @@ Capture readCapture(const std::string& path, const ReadOptions& options) {
         pair = readExrPair(path, depthPath.empty(), srgb, options.maxPixels);
     else
         pair.color = decodeColor(loadImage(path, options.maxPixels), srgb);
-    if (!pair.depth) {
+    const bool isWithout = depthPath == noDepth;
+    if (isWithout) {
+        const DepthEncoding metres;
+        pair.depth = {path, cv::Mat(pair.color.size(), CV_32F, cv::Scalar(HUGE_VAL)), metres, metres};
+    } else if (!pair.depth) {
         if (depthPath.empty()) depthPath = depthFileBeside(path);
         if (depthPath.empty())
-            failIo(path, ": has no depth: neither a channel Z nor ", stemOf(path),
-                   ".depth.EXT beside it; name it with --depth");
+            failIo(
+                path, ": has no depth: neither a channel Z nor ", stemOf(path),
+                ".depth.EXT beside it; name it with --depth, or say --depth none for effects that need none");
         pair.depth = readDepthFile(depthPath, options.maxPixels);
     }
     const StoredDepth& stored = *pair.depth;
@@ -141,7 +146,8 @@ Capture readCapture(const std::string& path, const ReadOptions& options) {
     capture.stored = stored.pixels;
     capture.depthPath = stored.path;
     capture.habit = stored.habit;
-    capture.stated = options.encoding   ? options.encoding
+    capture.stated = isWithout          ? stored.stated
+                     : options.encoding ? options.encoding
                      : sidecar.encoding ? sidecar.encoding
                                         : stored.stated;
     // What a renderer leaves empty stays sky unless 0 was declared unknown.

@@ -11,11 +11,14 @@
 
 namespace brume {
 
+/// In a depth file's place: the picture has none.
+inline constexpr const char* noDepth = "none";
+
 /// What the command line may say about a frame; anything left empty comes from the sidecar, then from the
 /// file.
 struct ReadOptions {
     /// The depth file; patterns and folders are sequence.hpp's. Empty: depth in the EXR, or named by the
-    /// sidecar, or NAME.depth.EXT beside.
+    /// sidecar, or NAME.depth.EXT beside. noDepth: whatever there is, everything is sky.
     std::string depth;
     std::optional<DepthEncoding> encoding;
     std::shared_ptr<const nlohmann::json> camera;  ///< as a sidecar's "camera" (sidecar.hpp)

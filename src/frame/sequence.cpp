@@ -12,6 +12,7 @@
 #include "file_status.hpp"
 #include "frame/image_file.hpp"
 #include "frame/pairing.hpp"
+#include "frame/read.hpp"
 
 namespace brume {
 
@@ -326,6 +327,10 @@ std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vect
 
 std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const std::string& depth) {
     std::vector<FrameFiles> paired = frames;
+    if (depth == noDepth) {
+        for (FrameFiles& f : paired) f.depth = depth;
+        return paired;
+    }
     if (depth.find("{stem}") != std::string::npos) {
         for (FrameFiles& f : paired) try {
                 f.depth = depthFileFor(f.color, depth);

@@ -20,11 +20,11 @@ struct FrameFiles {
 /// "%04d.png"); a shell pattern with * or ?; or a list (.txt): lines of "color", "color depth", "time color"
 /// or "time color time depth", # starting a comment (TUM's rgb.txt and associations).
 ///
-/// `depth` (may be empty) is a file, for a single frame; a pattern with {stem} or with the same # or %d; a
-/// folder; or a list of "time depth" (TUM's depth.txt). Files of a folder or list pair by equal stem, else by
-/// the last number in it ("rgb_0012" and "depth_0012"), else by nearest timestamp, at most .02 s apart:
-/// frames without a depth that near are left out, as TUM's own tool does. A frame for which there is no depth
-/// otherwise says so in `missing`; reading it throws that sentence.
+/// `depth` (may be empty) is a file, for a single frame; a pattern with {stem}, with * or ?, or with the same
+/// # or %d; a folder; noDepth; or a list of "time depth" (TUM's depth.txt). Files of a folder or list pair by
+/// equal stem, else by the last number in it ("rgb_0012" and "depth_0012"), else by nearest timestamp, at
+/// most .02 s apart: frames without a depth that near are left out, as TUM's own tool does. A frame for which
+/// there is no depth otherwise says so in `missing`; reading it throws that sentence.
 ///
 /// Throws Error (Io): nothing matches, no frame has a depth.
 std::vector<FrameFiles> expandFrames(const std::vector<std::string>& frames, const std::string& depth = "");

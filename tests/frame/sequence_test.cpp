@@ -94,6 +94,7 @@ TEST_F(Sequences, DepthByPatternStemNumberOrFolder) {
     EXPECT_EQ(expanded({file("rgb")}, file("z")),
               (Names{"rgb/a_01.png>z/depth_0001.png", "rgb/a_02.png>z/depth_0002.png"}));
     EXPECT_EQ(expanded({file("rgb")}, file("depth/*.exr")), byStem);
+    for (const FrameFiles& f : expandFrames({file("rgb")}, noDepth)) EXPECT_EQ(f.depth, noDepth);
     EXPECT_EQ(expanded({file("rgb")}, file("z/depth_000?.png")),
               (Names{"rgb/a_01.png>z/depth_0001.png", "rgb/a_02.png>z/depth_0002.png"}));
     EXPECT_EQ(expanded({file("rgb/a_02.png")}, file("depth/a_02.exr")), (Names{byStem[1]}));

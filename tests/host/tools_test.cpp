@@ -6,6 +6,7 @@
 
 using testing::HasSubstr;
 using Tools = brume::test::Program;
+using brume::test::bytesOf;
 
 namespace {
 
@@ -45,6 +46,7 @@ TEST_F(Tools, infoShowsUnitsRangesChoices) {
     EXPECT_THAT(ran.out, HasSubstr("\"visibility\": 200"));
     EXPECT_THAT(ran.out, HasSubstr("visibility_200.json"));
     expectError("info depth_fgo", 2, "'depth_fog'");
+    expectError("info morning_mist", 2, "BRUME_EFFECT_PATH");
     expectError("info", 2, "EFFECT");
 }
 
@@ -109,6 +111,19 @@ void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * vec4(0.5, 0.5, 0.5, 1.
 )");
     EXPECT_EQ(brume("apply ./half.fs street.exr -o half.png").status, 0) << "auto takes GL";
     expectError("apply ./half.fs street.exr -o o.png --backend cpu", 2, "GLSL only");
+    // What info says to type works, and it claims no check against a half that there is not.
+    const auto info = brume("info ./half.fs").out;
+    EXPECT_THAT(info, HasSubstr("brume apply ./half.fs FRAME"));
+    EXPECT_THAT(info, testing::Not(HasSubstr("Checked to")));
+    // A filter needs no depth; a picture without says how.
+    ASSERT_EQ(brume("apply debug_depth street.exr -o photo.png").status, 0);
+    expectError("apply ./half.fs photo.png -o o.png", 3, "--depth none");
+    const auto ran = brume("apply ./half.fs photo.png --depth none -o dark.png");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.err, testing::Not(HasSubstr("camera")));
+    ASSERT_EQ(brume("apply gaussian_blur photo.png --depth none -o soft.png").status, 0);
+    EXPECT_EQ(brume("apply --like soft.png -o again.png").status, 0);
+    EXPECT_TRUE(bytesOf(path("again.png")) == bytesOf(path("soft.png")));
 }
 
 TEST_F(Tools, whatIsWrongWithAnEffectIsSaidOnceAndToThePoint) {
