@@ -38,15 +38,16 @@ struct Places {
 };
 BRUME_VECTORISE static void placesOf(Places& places, float largest, int levelCount, const float* sigmas,
                                      int count) {
-    const int lastInterval = levelCount - 2, lastFirst = std::max(0, levelCount - 3);
-    const float octaves = float(1 << lastInterval);
+    const int lastInterval = levelCount - 1, lastFirst = std::max(0, levelCount - 3);
+    const float octaves = float(1 << (levelCount - 2)), scale = float(lastRatio) * octaves,
+                inverse = 1.0f / octaves, perLast = float(1 / (lastRatio - 1));
     for (int i = 0; i < count; i++) {
-        const float strength = sigmas[i] > 0.0f ? sigmas[i] / largest : 0.0f,
-                    x = strength * strength * octaves;
+        const float strength = sigmas[i] > 0.0f ? sigmas[i] / largest : 0.0f, x = strength * strength * scale;
         const int bits = std::bit_cast<int>(x), octave = (bits >> 23) - 126;
-        const float within = std::bit_cast<float>((bits & 0x007fffff) | 0x3f800000) - 1.0f;
+        const float within = std::bit_cast<float>((bits & 0x007fffff) | 0x3f800000) - 1.0f,
+                    last = std::min((x * inverse - 1.0f) * perLast, 1.0f);
         const int interval = x >= 1.0f ? std::min(octave, lastInterval) : 0;
-        const float place = x >= 1.0f ? (octave > lastInterval ? 1.0f : within) : x, sampled = place * 16.0f;
+        const float place = x >= 1.0f ? (octave >= lastInterval ? last : within) : x, sampled = place * 16.0f;
         const int below = int(sampled);
         places.first[i] = std::min(std::max(interval - 1, 0), lastFirst);
         places.entry[i] = samplesPerInterval * interval + below;

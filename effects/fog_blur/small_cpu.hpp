@@ -21,8 +21,7 @@ class Room {
     std::vector<blur::Scratch> memory_;
 };
 
-// One decimated level in the making. The one above the largest blur weighs pixels as that does, but for a
-// scale: they share a small image.
+// One decimated level in the making.
 struct SmallLevel {
     const LadderLevel* level;
     blur::SmallImage image;
@@ -156,48 +155,31 @@ inline void decimateAll(const Source& source, std::span<SmallLevel> small, const
 }
 
 /// The levels that are decimated by more than one, blurred; empty for the others, and without meaning where
-/// no cell needs them. The last level weighs pixels as the one before, of which none is beyond; its factor is
-/// the same.
+/// no cell needs them.
 inline std::vector<cv::Mat> smallLevels(const Source& source, std::span<const LadderLevel> levels,
                                         const Cells& cells, bool keepEdges, Room& room) {
-    const int width = source.color.cols, height = source.color.rows, last = int(levels.size()) - 1;
-    auto isTwin = [&](int l) { return l == last && l > 0 && levels[l - 1].factor > 1; };
+    const int width = source.color.cols, height = source.color.rows;
     std::vector<SmallLevel> small;
     small.reserve(levels.size());
-    std::vector<int> imageOf(levels.size(), -1);
-    for (int l = 0; l <= last; l++) {
+    for (size_t l = 0; l < levels.size(); l++) {
         if (levels[l].factor == 1) continue;
         std::vector<char> marks(cells.nodes.size());
         std::transform(cells.nodes.begin(), cells.nodes.end(), marks.begin(),
-                       [&](const Nodes& nodes) { return nodes.has(l + 1); });
+                       [&](const Nodes& nodes) { return nodes.has(int(l) + 1); });
         if (std::find(marks.begin(), marks.end(), char(true)) == marks.end()) continue;
-        SmallLevel next{&levels[l], {width, height, levels[l].factor, levels[l].prefilter}};
-        choose(next, marks, cells, int(levels[l].taps.size()) - 1, height);
-        imageOf[l] = int(small.size());
-        if (isTwin(l) && imageOf[l - 1] >= 0) {
-            imageOf[l] = imageOf[l - 1];
-            SmallLevel& own = small[imageOf[l]];
-            own.from = std::min(own.from, next.from), own.end = std::max(own.end, next.end);
-            for (size_t n = 0; n < own.wanted.size(); n++) own.wanted[n] |= next.wanted[n];
-            continue;
-        }
-        if (isTwin(l)) next.level = &levels[l - 1];
-        small.push_back(std::move(next));
+        small.push_back({&levels[l], {width, height, levels[l].factor, levels[l].prefilter}});
+        choose(small.back(), marks, cells, int(levels[l].taps.size()) - 1, height);
     }
     for (SmallLevel& s : small)
         s.image.setMemory(room.take(blur::SmallImage::wholeSize(width, height, s.level->factor)));
     if (!small.empty()) decimateAll(source, small, cells, keepEdges);
 
     std::vector<cv::Mat> blurred(levels.size());
-    for (int l = 0; l <= last; l++) {
-        if (imageOf[l] < 0) continue;
-        const SmallLevel& s = small[imageOf[l]];
-        std::vector<float> taps(levels[l].taps.begin(), levels[l].taps.end());
-        if (isTwin(l) && keepEdges)
-            for (float& w : taps) w *= std::sqrt(levels[l - 1].sigma / levels[l].sigma);  // on either axis
-        blurred[l] = room.take(s.image.image().size());
-        cv::Mat rows = blurred[l].rowRange(s.from, s.end);
-        blur::separableFir(s.image.image().rowRange(s.from, s.end), rows, taps);
+    for (const SmallLevel& s : small) {
+        cv::Mat& whole = blurred[size_t(s.level - levels.data())];
+        whole = room.take(s.image.image().size());
+        cv::Mat rows = whole.rowRange(s.from, s.end);
+        blur::separableFir(s.image.image().rowRange(s.from, s.end), rows, s.level->taps);
     }
     return blurred;
 }
