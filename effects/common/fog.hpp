@@ -19,20 +19,21 @@ constexpr int fogTileSize = 128;
 /// all at once.
 struct FogSpan {
     const float *depth, *in;
+    const float* ahead;          ///< memory that is to be asked for while this tile is worked on
     float *out, *transmittance;  ///< transmittance may be null
     int row, first, count;
     float y;       ///< of the pixels' rays
     bool streams;  ///< out is written past the caches (stream.hpp)
 
-    /// Two tiles ahead; behind the end of a row that is the next one's begin, and behind the last it is
-    /// nothing.
+    /// As a rule two tiles ahead; behind the end of a row that is the next one's begin, and behind the last
+    /// it is nothing.
     BRUME_INLINE void fetch(int quarter) const {
-        const int begin = 2 * fogTileSize + quarter * (fogTileSize / 4);
+        const int begin = quarter * (fogTileSize / 4);
         for (int i = begin; i < begin + fogTileSize / 4; i += 16) {
-            __builtin_prefetch(depth + i);
+            __builtin_prefetch(depth + 2 * fogTileSize + i);
             for (int k = 0; k < 64; k += 16) {
-                __builtin_prefetch(in + 4 * i + k);
-                if (!streams) __builtin_prefetch(out + 4 * i + k, 1);
+                __builtin_prefetch(ahead + 4 * i + k);
+                if (!streams) __builtin_prefetch(out + 4 * (2 * fogTileSize + i) + k, 1);
             }
         }
     }
@@ -50,7 +51,9 @@ BRUME_INLINE void forEachSpan(const CpuContext& c, cv::Range rows, const Work& w
         float* transmittance =
             c.transmittance.empty() ? nullptr : const_cast<float*>(c.transmittance.ptr<float>(j));
         for (int i = 0; i < c.view.width; i += fogTileSize) {
-            work(FogSpan{c.depth.ptr<float>(j) + i, c.input.ptr<float>(j) + 4 * i, out + 4 * i,
+            const float* in = c.input.ptr<float>(j) + 4 * i;
+            const float* ahead = c.upcoming.empty() ? in + 8 * fogTileSize : c.upcoming.ptr<float>(j) + 4 * i;
+            work(FogSpan{c.depth.ptr<float>(j) + i, in, ahead, out + 4 * i,
                          transmittance ? transmittance + 4 * i : nullptr, j, i,
                          std::min(fogTileSize, c.view.width - i), c.view.rayY(j), streams});
         }

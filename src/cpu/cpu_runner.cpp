@@ -189,6 +189,9 @@ class CpuRunner final : public Runner {
         for (const Bound& bound : group)
             for (size_t k = 0; k < bound.resampled.size(); k++)
                 resampled.push_back(pool_.take(memorySize, CV_32FC4));
+        // The input's rows of the next chunk, as those of this one.
+        const cv::Mat& input = group[0].context.input;
+        const cv::Mat upcoming(input.size(), CV_32FC4, input.data + chunk * input.step[0], input.step[0]);
         auto runBand = [&](int band) {
             const cv::Range memoryRows(band * chunk, (band + 1) * chunk);
             std::vector<CpuContext> contexts;
@@ -200,7 +203,10 @@ class CpuRunner final : public Runner {
                 size_t next = 0;
                 for (size_t k = 0; k < group.size(); k++) {
                     CpuContext& context = contexts[k];
-                    if (k > 0) context.input = asWhole(between.rowRange(memoryRows), y, size);
+                    if (k > 0) {
+                        context.input = asWhole(between.rowRange(memoryRows), y, size);
+                        context.upcoming = upcoming;
+                    }
                     if (k + 1 < group.size()) context.output = asWhole(between.rowRange(memoryRows), y, size);
                     for (const auto& [name, whole] : group[k].resampled) {
                         cv::Mat few = resampled[next].rowRange(memoryRows);

@@ -35,6 +35,9 @@ struct CpuContext {
     cv::Mat transmittance;  ///< CV_32FC4 running product to multiply into, or empty when nobody reads it
     std::map<std::string, cv::Mat, std::less<>> images;  ///< the other image parameters, CV_32FC4
     const DerivedValues* derivedValues = nullptr;
+    /// Of a step that reads what another has just left in the caches: row j is a row that the first of them
+    /// will read from memory soon. For prefetching only: there may be no such row. Or empty.
+    cv::Mat upcoming;
     /// The output is another image than the input, larger than the caches, and nobody reads these rows of it
     /// soon: they are best written past the caches, which saves reading them before.
     bool outputIsStreamed = false;
