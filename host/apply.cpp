@@ -118,8 +118,9 @@ void explain(const Task& task, const Outcome& outcome, const Chain& chain) {
         char line[160];
         std::snprintf(
             line, sizeof line,
-            "    predicted: off by %.2g of an 8-bit step (%.2g allowed), for the time of %.2g frame copies\n",
-            255 * step.plan.predictedError, 255 * step.tolerance, step.plan.predictedCost);
+            "    predicted: off by %.2g of an 8-bit step (%.2g allowed), for the time of %.*f frame copies\n",
+            255 * step.plan.predictedError, 255 * step.tolerance, step.plan.predictedCost < 10 ? 1 : 0,
+            step.plan.predictedCost);
         std::cout << line;
     }
 }
@@ -211,6 +212,24 @@ void doubtWhatIsStated(const FrameFiles& first, const Arguments& a) {
         }
     } catch (const Error&) {  // the run itself will say it
     }
+}
+
+// Paired by time, a frame that no depth lies near has no place in the run; twelve frames would be ten without
+// a word.
+void tellLeftOut(const std::vector<FrameFiles>& inputs, const Arguments& a) {
+    if (a.frame.depth.empty()) return;
+    const std::vector<FrameFiles> all = expandFrames(a.frames);
+    const auto isLeftOut = [&](const FrameFiles& f) {
+        return std::none_of(inputs.begin(), inputs.end(),
+                            [&](const FrameFiles& in) { return in.color == f.color; });
+    };
+    const auto first =
+        all.size() > inputs.size() ? std::find_if(all.begin(), all.end(), isLeftOut) : all.end();
+    if (first != all.end())
+        std::cerr << printable(text("note: ", all.size() - inputs.size(), " of ", all.size(),
+                                    " frames are left out, '", first->color,
+                                    "' the first: no depth lies within .02 s of them"))
+                  << "\n";
 }
 
 void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string& sheetPath) {
@@ -316,6 +335,7 @@ void apply(Arguments a) {
     for (const FrameFiles& input : inputs)
         if (!input.missing.empty() && !a.keepGoing)
             failIo(input.missing, "; --keep-going makes the other frames");
+    tellLeftOut(inputs, a);
     OutputNames names(a.out, a.format, inputs.size());
     parseShard(a.shard);
     batch.runner = a.backend.makeRunner(chain);

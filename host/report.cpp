@@ -15,6 +15,7 @@ void Report::add(const Task& task, const Outcome& outcome) {
     nlohmann::ordered_json entry;
     entry["index"] = task.making.index;
     entry["input"] = task.making.input;
+    if (!task.making.frame.depth.empty()) entry["depth"] = task.making.frame.depth;
     entry["output"] = task.output;
     entry["state"] = outcome.state == State::Made       ? "made"
                      : outcome.state == State::UpToDate ? "up to date"

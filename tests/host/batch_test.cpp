@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "frame/read.hpp"
+#include "frame/write.hpp"
 #include "host/program.hpp"
 
 using namespace brume;
@@ -105,6 +106,24 @@ TEST_F(Batch, drawsStayInRangeDifferAndAreRecorded) {
     fs::remove_all(path("out"));
     ASSERT_EQ(brume(apply + " --seed 2").status, 0);
     EXPECT_FALSE(pictures("out") == first) << "others with another seed";
+}
+
+TEST_F(Batch, framesThatNoDepthLiesNearAreSaidToBeLeftOut) {
+    const FramePair frame = test::sampleFrame({32, 24});
+    WriteOptions data;
+    data.isData = true;
+    fs::create_directories(path("rgb"));
+    fs::create_directories(path("depth"));
+    for (const char* time : {"1.00", "2.00", "3.00"})
+        writeImage(path("rgb/" + std::string(time) + ".png"), frame.color);
+    for (const char* time : {"1.01", "3.01"})
+        writeImage(path("depth/" + std::string(time) + ".exr"), frame.depth, data);
+    const auto ran = brume("apply depth_fog rgb --depth depth -o out --report r.json");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr("note: 1 of 3 frames are left out, 'rgb/2.00.png' the first"));
+    const auto report = reportAt("r.json");
+    ASSERT_EQ(report["frames"].size(), 2u);
+    EXPECT_EQ(report["frames"][1]["depth"], "depth/3.01.exr") << "which depth a frame was paired with";
 }
 
 TEST_F(Batch, aBadFrameIsNamedAndTheOthersAreMade) {
