@@ -180,7 +180,7 @@ class CpuRunner final : public Runner {
     // All steps of a group visit a few rows before moving on, so that the rows stay in cache: what one step
     // leaves to the next is never a whole image.
     void runRows(const std::vector<Bound>& group, cv::Size size) {
-        const int cacheBytes = 128 << 10, bands = std::min(size.height, 4 * cv::getNumThreads());
+        const int cacheBytes = 128 << 10, bands = std::min(size.height, 8 * cv::getNumThreads());
         const bool isOne = group.size() == 1 && group[0].resampled.empty();
         const int chunk = isOne ? size.height : std::clamp(cacheBytes / (size.width * 32), 1, size.height);
         const cv::Size memorySize(size.width, chunk * bands);

@@ -155,15 +155,17 @@ cv::Mat resampleNearest(const cv::Mat& image, cv::Size size) {
     std::vector<size_t> offsets(size.width);  // of a row's pixels
     for (int i = 0; i < size.width; i++)
         offsets[i] = size_t((2LL * i + 1) * image.cols / (2LL * size.width)) * bytes;
-    for (int j = 0; j < size.height; j++) {
-        const uchar* from = image.ptr(int((2LL * j + 1) * image.rows / (2LL * size.height)));
-        uchar* to = result.ptr(j);
-        if (bytes == sizeof(float))
-            for (int i = 0; i < size.width; i++)
-                std::memcpy(to + i * sizeof(float), from + offsets[i], sizeof(float));
-        else
-            for (int i = 0; i < size.width; i++) std::memcpy(to + i * bytes, from + offsets[i], bytes);
-    }
+    cv::parallel_for_({0, size.height}, [&](const cv::Range& rows) {
+        for (int j = rows.start; j < rows.end; j++) {
+            const uchar* from = image.ptr(int((2LL * j + 1) * image.rows / (2LL * size.height)));
+            uchar* to = result.ptr(j);
+            if (bytes == sizeof(float))
+                for (int i = 0; i < size.width; i++)
+                    std::memcpy(to + i * sizeof(float), from + offsets[i], sizeof(float));
+            else
+                for (int i = 0; i < size.width; i++) std::memcpy(to + i * bytes, from + offsets[i], bytes);
+        }
+    });
     return result;
 }
 
