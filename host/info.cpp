@@ -175,18 +175,17 @@ bool printPreset(const std::string& name) {
     return false;
 }
 
-// What to type first: the effect alone with a parameter of its own changed, and the presets that hold it.
+// What to type first: the effect alone with a parameter of its own changed, and the presets that hold it. One
+// that works on what others make does nothing alone: then such a preset.
 void printExamples(const EffectHeader& header, const std::string& asNamed) {
     const Parameter* first = nullptr;
-    for (const Parameter& p : header.parameters)
+    bool needsOthers = false;
+    for (const Parameter& p : header.parameters) {
         if (!first && p.type == ParameterType::Float && p.defaultValue.numbers.size() == 1 &&
             p.defaultValue.numbers[0] > 0)
             first = &p;
-    std::cout << "\nTry\n  brume apply " << shellWord(asNamed) << " FRAME -o OUT.png";
-    if (first)
-        std::cout << " --set " << header.name << "." << first->name << "="
-                  << first->defaultValue.numbers[0] / 2;
-    std::cout << "\n  brume preview FRAME " << shellWord(asNamed) << "\n";
+        needsOthers |= p.type == ParameterType::Image && !p.defaultValue.text.empty();
+    }
     std::vector<std::string> presets;
     for (const auto& [preset, path] : shippedPresets()) {
         const Chain chain = readPreset(path, EffectRegistry::standard());
@@ -194,6 +193,14 @@ void printExamples(const EffectHeader& header, const std::string& asNamed) {
                         [&](const Step& s) { return s.effect->name() == header.name; }))
             presets.push_back(preset);
     }
+    needsOthers &= !presets.empty();
+    const std::string chain = needsOthers ? presets.front() : shellWord(asNamed);
+    std::cout << "\nTry\n  brume apply " << chain << " FRAME -o OUT.png";
+    if (first)
+        std::cout << " --set " << header.name << "." << first->name << "="
+                  << first->defaultValue.numbers[0] / 2;
+    std::cout << "\n  brume preview FRAME " << chain << "\n";
+    if (needsOthers) std::cout << "  (alone it has nothing to work on but the frame)\n";
     if (!presets.empty()) printWrapped("presets with it (brume info PRESET): " + joined(presets, ", "), "  ");
 }
 

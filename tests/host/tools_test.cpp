@@ -45,6 +45,10 @@ TEST_F(Tools, infoShowsUnitsRangesChoices) {
     EXPECT_EQ(ran.status, 0) << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("\"visibility\": 200"));
     EXPECT_THAT(ran.out, HasSubstr("visibility_200.json"));
+    // What to type does something: alone, fog_blur has no fog to blur by.
+    EXPECT_THAT(brume("info fog_blur").out,
+                HasSubstr("brume apply gawron_blur_separate FRAME -o OUT.png --set fog_blur."));
+    EXPECT_THAT(brume("info volume_fog").out, HasSubstr("brume apply volume_fog FRAME"));
     expectError("info depth_fgo", 2, "'depth_fog'");
     expectError("info morning_mist", 2, "BRUME_EFFECT_PATH");
     expectError("info", 2, "EFFECT");
