@@ -306,7 +306,7 @@ void apply(Arguments a) {
     } else {
         if (a.preset.empty()) failUsage("apply: give a PRESET (or an effect's name) and at least one FRAME");
         const std::string ending = fs::path(a.preset).extension().string();
-        if (ending != ".json" && ending != ".fs" && isFile(a.preset))
+        if (!ending.empty() && ending != ".json" && ending != ".fs" && isFile(a.preset))
             failUsage("apply: '", a.preset,
                       "' is no preset (.json) and no effect (.fs); the preset comes first, then the frames");
         chain = readPreset(a.preset, EffectRegistry::standard());

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "effect/effect_path.hpp"
 #include "effect/install_root.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
@@ -172,16 +173,16 @@ Chain parsePreset(const std::string& jsonText, const std::string& where, const E
 
 Chain readPreset(const std::string& pathOrName, const EffectRegistry& registry) {
     std::string path = pathOrName;
-    bool isName = path.find('/') == std::string::npos && fs::path(path).extension().empty();
-    bool isEffectPath = fs::path(path).extension() == ".fs" || isFolder(path);
-    if (isEffectPath || (isName && !isThere(path))) {
+    const bool isFile = !fs::path(path).extension().empty() && !isFolder(path);
+    const bool isEffect = isEffectPath(path) && (isFolder(path) || fs::path(path).extension() == ".fs");
+    const bool isName = !isEffectPath(path) && !isFile;
+    if (isName || isEffect) {
         auto shipped = shippedPresets();
         auto found =
             std::find_if(shipped.begin(), shipped.end(), [&](auto& p) { return p.first == pathOrName; });
         auto effects = registry.names();
-        bool isEffect =
-            isEffectPath || std::find(effects.begin(), effects.end(), pathOrName) != effects.end();
-        if (found == shipped.end() && isEffect) {
+        if (found == shipped.end() && (isEffect || isFolder(path) ||
+                                       std::find(effects.begin(), effects.end(), path) != effects.end())) {
             Chain chain;
             chain.steps.push_back(makeStep(registry.find(pathOrName)));
             chain.name = chain.steps[0].id;
@@ -190,7 +191,9 @@ Chain readPreset(const std::string& pathOrName, const EffectRegistry& registry) 
         }
         if (found == shipped.end()) {
             for (const auto& [name, file] : shipped) effects.push_back(name);
-            failUsage("no preset or effect '", pathOrName, "'", suggestion(pathOrName, effects));
+            failUsage("no preset or effect '", pathOrName, "'",
+                      isThere(path) ? "; for the file of that name here, say ./" + path
+                                    : suggestion(pathOrName, effects));
         }
         path = found->second;
     }

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "effect/effect.hpp"
+#include "effect/effect_path.hpp"
 #include "effect/install_root.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
@@ -112,12 +113,13 @@ EffectRegistry::EffectRegistry(const std::vector<std::string>& folders)
 }
 
 std::shared_ptr<const Effect> EffectRegistry::find(const std::string& nameOrPath) const {
-    bool isPath = fs::path(nameOrPath).extension() == ".fs" || nameOrPath.find('/') != std::string::npos;
-    if (isPath || (!entries_.count(nameOrPath) && isFolder(nameOrPath))) {
+    if (isEffectPath(nameOrPath)) {
         const fs::path file = effectFile(nameOrPath);
         return loadEffect(file.string(), libraryBeside(file), includePathOf(fs::absolute(file)));
     }
     auto entry = entries_.find(nameOrPath);
+    if (entry == entries_.end() && isFolder(nameOrPath))
+        failUsage("no effect '", nameOrPath, "'; for the folder of that name here, say ./", nameOrPath);
     if (entry == entries_.end())
         failUsage(
             "no effect '", nameOrPath, "'", suggestion(nameOrPath, names()),

@@ -55,6 +55,36 @@ TEST_F(Strangers, chartsRunNoProgramOfAnEffectThatIsNoPlugin) {
     EXPECT_EQ(ran.status, 0) << ran.err;
 }
 
+TEST_F(Strangers, aPlainNameIsNoFolderHere) {
+    addFrame("a.exr");
+    fs::create_directories(path("mist"));
+    addEffect("mist/mist.fs", "", "");
+    addText("ran.cpp", "#include <fstream>\n[[gnu::constructor]] void run() { std::ofstream(\"ran\"); }\n");
+    ASSERT_EQ(run(folder_, "c++ -shared -fPIC ran.cpp -o mist/mist.so").status, 0);
+    for (const char* command : {"apply mist a.exr -o b.exr", "bench mist --frame a.exr", "check mist",
+                                "chart mist -o charts", "info mist"})
+        expectError(command, 2, "no effect 'mist'; for the folder of that name here, say ./mist");
+    addText("p.json", R"({"effects": [{"effect": "mist"}]})");
+    expectError("apply p.json a.exr -o b.exr", 2, "'mist' is a path");
+    EXPECT_FALSE(fs::exists(path("ran")));
+    brume("info ./mist");
+    EXPECT_TRUE(fs::exists(path("ran")));  // what is said to be meant is meant
+    fs::remove(path("ran"));
+    run(path("mist"), "BRUME info .");
+    EXPECT_TRUE(fs::exists(path("mist/ran")));
+}
+
+TEST_F(Strangers, aPlainNameIsNoFileHere) {
+    addFrame("a.exr");
+    addText("indoor_haze", "no preset");
+    const Ran ran = brume("apply indoor_haze a.exr -o b.exr");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    addText("mine", R"({"effects": []})");
+    expectError("apply mine a.exr -o c.exr", 2,
+                "no preset or effect 'mine'; for the file of that name here, say ./mine");
+    EXPECT_EQ(brume("apply ./mine a.exr -o c.exr").status, 0);
+}
+
 TEST_F(Strangers, pagesHoldNoScriptsAndTablesNoFormulas) {
     addEffect("=1+1<script>.fs", "<script>alert(1)</script>", charted("=HYPERLINK(1)<script>", ""));
     const Ran ran = brume("chart './=1+1<script>.fs' -o charts --size 64x48 --backend osmesa");

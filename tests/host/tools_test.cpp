@@ -148,7 +148,8 @@ void main() {
                 "comma.fs:3: the description is not JSON: syntax error while parsing object");
     std::filesystem::create_directories(path("build/effects/mist"));
     addText("build/effects/mist/mist.fs", "/*{}*/ void main() {}\n");
-    expectError("check build", 2, "the folder holds no .fs file; did you mean build/effects/mist?");
+    expectError("check build", 2, "no effect 'build'; for the folder of that name here, say ./build");
+    expectError("check ./build", 2, "the folder holds no .fs file; did you mean ./build/effects/mist?");
 }
 
 TEST_F(Tools, aSourceThatIsNotBuiltIsNamed) {
