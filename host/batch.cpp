@@ -258,6 +258,10 @@ class Run {
         std::string why = record ? staleness(*record, task.making) : "does not say how it was made";
         if (!why.empty())
             failIo("--resume: '", task.output, "' exists, but ", why, "; remove it or write elsewhere");
+        for (const Kept& kept : batch_.keep) {
+            const std::string path = OutputNames::keptBeside(task.output, kept);
+            if (!std::filesystem::exists(path, none) || !wasKeptBeside(*record, path)) return false;
+        }
         token.outcome.state = Outcome::State::UpToDate;
         return true;
     }
@@ -307,7 +311,10 @@ class Run {
             WriteOptions options;
             options.frameIndex = int(task.making.index);
             options.seed = task.making.seed;
-            options.attributes[recordKey] = writeRecord(task.making, token->frame->files);
+            std::vector<std::string> keptFiles;
+            for (const Kept& kept : batch_.keep)
+                keptFiles.push_back(OutputNames::keptBeside(task.output, kept));
+            options.attributes[recordKey] = writeRecord(task.making, token->frame->files, keptFiles);
             std::filesystem::path folder = std::filesystem::path(task.output).parent_path();
             std::error_code error;
             if (!folder.empty()) std::filesystem::create_directories(folder, error);
@@ -315,13 +322,13 @@ class Run {
             // The picture comes last: where it is, everything beside it is.
             WriteOptions data = options;
             data.isData = true;
-            for (const Kept& kept : batch_.keep) {
-                std::string path = OutputNames::keptBeside(task.output, kept);
-                bool isDepth = kept.image == "depth";
-                writeImage(path,
-                           isDepth ? token->frame->ready.frame.depth : token->result.images.at(kept.image),
-                           data);
-                token->outcome.files.push_back(path);
+            for (size_t k = 0; k < keptFiles.size(); k++) {
+                const std::string& image = batch_.keep[k].image;
+                writeImage(
+                    keptFiles[k],
+                    image == "depth" ? token->frame->ready.frame.depth : token->result.images.at(image),
+                    data);
+                token->outcome.files.push_back(keptFiles[k]);
             }
             const cv::Mat& color = token->result.images.at("color");
             if (task.frame == 0) token->outcome.hardlyShows = hardlyShows(token->frame->ready.frame, color);

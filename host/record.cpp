@@ -1,5 +1,6 @@
 #include "record.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <filesystem>
@@ -54,6 +55,9 @@ std::string nameOf(const json& name) {
 
 std::string shown(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
+// A folder of outputs may be moved.
+std::string nameInFolder(const std::string& path) { return fs::path(path).filename().string(); }
+
 int64_t changeTime(const std::string& path) {
     return std::chrono::duration_cast<std::chrono::milliseconds>(fs::last_write_time(path).time_since_epoch())
         .count();
@@ -95,13 +99,19 @@ json describeFiles(const std::vector<std::string>& files) {
     return list;
 }
 
-std::string writeRecord(const Making& making, const json& files) {
+std::string writeRecord(const Making& making, const json& files, const std::vector<std::string>& kept) {
     json record = identityOf(making);
     record["files"] = files;
+    for (const std::string& name : kept) record["kept"].push_back(nameAsJson(nameInFolder(name)));
     json settings = json::object();
     for (const auto& [path, value] : making.settings) settings[path] = value;
     record["settings"] = settings;
     return shown(record);
+}
+
+bool wasKeptBeside(const json& record, const std::string& kept) {
+    const json names = record.value("kept", json::array());
+    return std::find(names.begin(), names.end(), nameAsJson(nameInFolder(kept))) != names.end();
 }
 
 std::optional<json> readRecord(const std::string& path) {
@@ -150,9 +160,12 @@ std::string staleness(const json& record, const Making& making) {
             return key == "preset" ? "was made with another preset"
                                    : text("was made with ", key, " ", was, ", not ", shown(value));
         }
+    const std::string sidecar = fs::path(making.input).replace_extension(".json").string();
+    bool hasSidecar = false;
     try {
         for (const json& file : record.at("files")) {
             const std::string name = nameOf(file.at("name"));
+            hasSidecar |= name == sidecar;
             std::error_code error;
             auto bytes = fs::file_size(name, error);
             if (error) return text("was made from '", name, "', which is gone");
@@ -164,6 +177,8 @@ std::string staleness(const json& record, const Making& making) {
     } catch (const json::exception&) {
         return "has a damaged record of what it was made from";
     }
+    std::error_code none;
+    if (!hasSidecar && fs::exists(sidecar, none)) return text("was made before '", sidecar, "' was there");
     return "";
 }
 

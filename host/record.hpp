@@ -31,8 +31,12 @@ struct Making {
 /// Files' names, sizes, times and content hashes, so that a changed input is noticed. Throws Error (Io).
 nlohmann::ordered_json describeFiles(const std::vector<std::string>& files);
 
-/// The record's text. `files` from describeFiles.
-std::string writeRecord(const Making& making, const nlohmann::ordered_json& files);
+/// The record's text. `files` from describeFiles; `kept`: the names of files that were written before it.
+std::string writeRecord(const Making& making, const nlohmann::ordered_json& files,
+                        const std::vector<std::string>& kept);
+
+/// Whether the file `kept` was written beside the picture with this record, and just before it.
+bool wasKeptBeside(const nlohmann::ordered_json& record, const std::string& kept);
 
 /// The record in an image file; none if it has none. Throws Error (Io) if the file cannot be read.
 std::optional<nlohmann::ordered_json> readRecord(const std::string& path);

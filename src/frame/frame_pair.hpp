@@ -27,8 +27,8 @@ struct FramePair {
     std::shared_ptr<const nlohmann::json> extras;
     /// Further images of the capture (a light's depth map), CV_32FC4, which steps may read by name.
     std::map<std::string, cv::Mat> images;
-    /// Every file that was read for it, as named: the colour image first, then depth and sidecar if there
-    /// are.
+    /// Every file that was read for it, as named: the colour image first, then depth, sidecar and light
+    /// maps if there are.
     std::vector<std::string> files;
     /// What the reader understood and assumed, one sentence each ("depth: OpenGL device depth, near .1 m").
     std::vector<std::string> notes;

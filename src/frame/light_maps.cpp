@@ -26,6 +26,7 @@ void readLightMaps(FramePair& frame, size_t maxPixels) {
             failIo(path, ": the sidecar names more than ", mostLightMaps, " light maps");
         cv::extractChannel(readImage(path, left), depth, 0);
         left -= depth.total();
+        frame.files.push_back(path);
         const cv::Mat opaque(depth.size(), CV_32F, cv::Scalar(1));
         cv::merge(std::vector<cv::Mat>{depth, depth, depth, opaque}, map);
         frame.images[name] = map;

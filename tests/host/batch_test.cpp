@@ -217,6 +217,52 @@ TEST_F(Batch, resumeRefusesWhatWasMadeOtherwise) {
     EXPECT_THAT(brume("apply depth_fog in -o out --resume").err, HasSubstr("does not say how it was made"));
 }
 
+// What is asked for besides the picture is made, too, and is of the same making as the picture.
+TEST_F(Batch, resumeMakesKeptImagesThatAreMissing) {
+    addFrames(2);
+    ASSERT_EQ(brume("apply depth_fog in -o whole --keep transmittance --keep depth.npy").status, 0);
+    const auto whole = pictures("whole");
+    const std::string resume = "apply depth_fog in -o out --keep transmittance --keep depth.npy --resume";
+    ASSERT_EQ(brume("apply depth_fog in -o out").status, 0);
+    auto ran = brume(resume + " --report r.json");  // a picture made without them
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_EQ(reportAt("r.json")["summary"]["made"], 2);
+    EXPECT_TRUE(pictures("out") == whole);
+    fs::remove(path("out/f.0002.depth.npy"));  // one that was lost
+    ASSERT_EQ(brume(resume + " --report r.json").status, 0);
+    EXPECT_EQ(reportAt("r.json")["summary"]["made"], 1);
+    EXPECT_TRUE(pictures("out") == whole);
+    ASSERT_EQ(brume(resume + " --report r.json").status, 0);
+    EXPECT_EQ(reportAt("r.json")["summary"]["up_to_date"], 2);
+    // Kept images of an earlier fog beside pictures of a later one.
+    ASSERT_EQ(brume("apply depth_fog in -o out --keep transmittance --set depth_fog.visibility=9").status, 0);
+    ASSERT_EQ(brume("apply depth_fog in -o out").status, 0);
+    ASSERT_EQ(brume(resume).status, 0);
+    EXPECT_TRUE(pictures("out") == whole);
+    // Without them there is nothing to make.
+    ASSERT_EQ(brume("apply depth_fog in -o out --resume --report r.json").status, 0);
+    EXPECT_EQ(reportAt("r.json")["summary"]["up_to_date"], 2);
+}
+
+TEST_F(Batch, resumeNoticesSidecarsThatCameLaterAndOtherLightMaps) {
+    addFrames(1);
+    ASSERT_EQ(brume("apply depth_fog in -o out").status, 0);
+    addText("in/f.0001.json", R"({"camera": {"horizontal_view_degrees": 110}})");
+    auto ran = brume("apply depth_fog in -o out --resume");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("made before 'in/f.0001.json' was there"));
+    EXPECT_THAT(brume("inspect out/f.0001.exr").out, HasSubstr("made before 'in/f.0001.json' was there"));
+
+    addFrame("sun.exr", {8, 8}, 1);
+    addText("in/f.0001.json", R"({"lights": [{"shadow_map": "../sun.exr"}]})");
+    ASSERT_EQ(brume("apply depth_fog in -o lit").status, 0);
+    ASSERT_EQ(brume("apply depth_fog in -o lit --resume").status, 0);
+    addFrame("sun.exr", {8, 8}, 2);
+    ran = brume("apply depth_fog in -o lit --resume");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("sun.exr' changed"));
+}
+
 TEST_F(Batch, touchedButUnchangedInputsAreUpToDate) {
     addFrames(2);
     ASSERT_EQ(brume("apply depth_fog in -o out").status, 0);
