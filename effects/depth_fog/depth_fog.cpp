@@ -258,7 +258,7 @@ Plan plan(const DepthFog& p, const PlanInput& in) {
     for (int n = 0; n < 3; n++) opacity = std::max(opacity, 1 - truth.transmittance[n]);
 
     Plan plan;
-    plan.output = in.input.mixedWith(std::min(0., darkest), airlight);
+    plan.output = in.input.mixedWith(darkest, airlight);
     plan.predictedCost = 1.3;
     // Encoded values mix to what is that much nearer in steps, clipped or not.
     double change =
