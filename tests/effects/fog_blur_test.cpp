@@ -230,3 +230,17 @@ TEST(FogBlur, AutoTakesTheLadderOnlyWhereItsErrorCannotShow) {
     EXPECT_EQ(chosenFor(10000), gather);
     EXPECT_EQ(chosenFor(HUGE_VAL), gather) << "counts as 65504";
 }
+
+// The fog says how bright it leaves what is dark; it counted as black, beside which everything shows.
+TEST(FogBlur, AutoTakesTheLadderInADepthFog) {
+    Chain chain = parsePreset(R"({"effects": [{"effect": "depth_fog", "color": [0.6, 0.65, 0.7]},
+                                              {"effect": "fog_blur", "method": "auto", "radius": 16}]})",
+                              "test", EffectRegistry::standard());
+    FramePair frame;
+    frame.color = randomImage({64, 48}, 1) * .1 + cv::Scalar(.5, .5, .5, 1);
+    frame.depth = cv::Mat(frame.color.size(), CV_32F, cv::Scalar(100));
+    frame.camera = Camera::withHorizontalView(frame.color.size(), 90);
+    std::vector<StepPlan> decisions;
+    planChain(chain, frame, Backend::Cpu, {}, &decisions);
+    EXPECT_EQ(decisions.at(1).plan.chosen.at("method"), 0) << "gather";
+}
