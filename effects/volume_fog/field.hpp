@@ -162,7 +162,8 @@ struct Ray {
         if (place[0] < 0 || place[1] < 0 || place[0] >= shadow.map.cols || place[1] >= shadow.map.rows)
             return false;
         const double d = place[2] - shadow.bias;
-        return d <= 1 && d > shadow.map.at<cv::Vec4f>(int(place[1]), int(place[0]))[0];
+        const int channels = shadow.map.channels();
+        return d <= 1 && d > shadow.map.ptr<float>(int(place[1]))[channels * int(place[0])];
     }
     double sunShare(double t) const {
         return s.shadow.exists && isShadowed(s.shadow, shadowPlace(t)) ? 1. - s.p.shadow_strength : 1.;

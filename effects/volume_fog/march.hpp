@@ -104,7 +104,7 @@ BRUME_VECTORISE inline bool placeInShadowMap(March& m) {
     }
     const float* r = m.shadowRows;
     const float width = float(m.shadowMap.cols), height = float(m.shadowMap.rows);
-    const int32_t rowFloats = int32_t(m.shadowMap.step1());
+    const int32_t rowFloats = int32_t(m.shadowMap.step1()), channels = m.shadowMap.channels();
     BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float u = (r[3] + tile.shadowU[x] * tile.at[x]) * width;
@@ -113,7 +113,7 @@ BRUME_VECTORISE inline bool placeInShadowMap(March& m) {
         const int32_t i = int32_t(least(most(u, 0.0f), width - 1.0f));
         const int32_t j = int32_t(least(most(v, 0.0f), height - 1.0f));
         const bool isOnIt = (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height) & (d <= 1.0f);
-        tile.mapIndex[x] = j * rowFloats + 4 * i;
+        tile.mapIndex[x] = j * rowFloats + channels * i;
         tile.sunDepth[x] = isOnIt ? d : -HUGE_VALF;
     }
     return true;

@@ -16,6 +16,7 @@ struct NoiseTile {
     alignas(64) uint32_t cell[tileWidth];
 };
 
+// Rays go 1e5 m at most through cells of .1 m and more: a million of them, far within 32 bits.
 BRUME_INLINE uint32_t cellNumber(float x, float y, float z) {
     return (uint32_t(int32_t(x)) & 1023u) | (uint32_t(int32_t(y)) & 1023u) << 10 |
            (uint32_t(int32_t(z)) & 1023u) << 20;

@@ -71,7 +71,7 @@ class CpuRunner final : public Runner {
         for (const auto& name : keep) {
             auto found = images_.find(name);
             if (found == images_.end()) failUsage("no step writes an image '", name, "' to keep");
-            result.images[name] = found->second;
+            result.images[name] = fourChannels(found->second);
         }
         images_.clear();
         return result;
@@ -130,12 +130,12 @@ class CpuRunner final : public Runner {
         for (const auto& parameter : effect.header.parameters)
             if (parameter.type == ParameterType::Image && parameter.name != effect.header.mainImage()) {
                 const cv::Mat& image = imageNamed(step, step.imageOf(parameter.name));
-                if (!parameter.resample || image.size() == size)
+                if (!parameter.resample)
                     context.images[parameter.name] = image;
-                else if (effect.header.pointwise)
-                    bound.resampled.emplace(parameter.name, LinearRows(image, size));
+                else if (effect.header.pointwise && image.size() != size)
+                    bound.resampled.emplace(parameter.name, LinearRows(fourChannels(image), size));
                 else
-                    context.images[parameter.name] = resampleLinear(image, size);
+                    context.images[parameter.name] = resampleLinear(fourChannels(image), size);
             }
         if (effect.header.writesTransmittance && readsTransmittance && size == frame_->size())
             context.transmittance = images_["transmittance"];
@@ -144,7 +144,7 @@ class CpuRunner final : public Runner {
 
     void runGroup(const std::vector<const Step*>& group, bool readsTransmittance) {
         const Step& first = *group.front();
-        cv::Mat input = imageNamed(first, first.input);
+        cv::Mat input = fourChannels(imageNamed(first, first.input));
         std::vector<Bound> bound = {bind(first, readsTransmittance, input)};
         cv::Size size = {bound[0].context.view.width, bound[0].context.view.height};
         cv::Mat output = mayWorkInPlace(first) ? input : pool_.take(size, CV_32FC4);

@@ -35,7 +35,7 @@ struct Parameter {
     bool allowsAuto = false;           ///< may be "auto"
     std::vector<Parameter> fields;     ///< List
     int maxRows = 0;                   ///< List
-    bool resample = true;              ///< Image: brought to the output's size; RESAMPLE: false keeps its own
+    bool resample = true;              ///< Image: brought to the output's size and four channels, or not
     std::string sidecar;  ///< key of the frame's sidecar that supplies it where the preset does not
 
     /// True where the value is compiled into the shader instead of being a uniform: bool, and long with

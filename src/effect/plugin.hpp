@@ -33,7 +33,9 @@ struct CpuContext {
     cv::Mat depth;          ///< CV_32F planar Z, +inf sky, never NaN
     cv::Mat output;         ///< CV_32FC4, allocated; write every pixel, never reallocate
     cv::Mat transmittance;  ///< CV_32FC4 running product to multiply into, or empty when nobody reads it
-    std::map<std::string, cv::Mat, std::less<>> images;  ///< the other image parameters, CV_32FC4
+    /// The other image parameters, CV_32FC4; with RESAMPLE: false as they are, CV_32F where they have one
+    /// channel.
+    std::map<std::string, cv::Mat, std::less<>> images;
     const DerivedValues* derivedValues = nullptr;
     /// Of a step that reads what another has just left in the caches: row j is a row that the first of them
     /// will read from memory soon. For prefetching only: there may be no such row. Or empty.

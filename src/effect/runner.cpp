@@ -148,6 +148,14 @@ cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& deriv
             evaluateSize(last.height, variables, input.height)};
 }
 
+cv::Mat fourChannels(const cv::Mat& image) {
+    if (image.channels() == 4) return image;
+    const cv::Mat opaque(image.size(), CV_32F, cv::Scalar(1));
+    cv::Mat grey;
+    cv::merge(std::vector<cv::Mat>{image, image, image, opaque}, grey);
+    return grey;
+}
+
 cv::Mat resampleNearest(const cv::Mat& image, cv::Size size) {
     if (image.size() == size) return image;
     cv::Mat result(size, image.type());

@@ -75,6 +75,9 @@ std::map<std::string, double> passVariables(const Step& step, cv::Size size, con
 /// always fills its input's size.
 cv::Size outputSize(const Step& step, cv::Size input, const DerivedValues& derived);
 
+/// The CV_32FC4 image that a CV_32F one stands for: grey, opaque. One of four channels is given back itself.
+cv::Mat fourChannels(const cv::Mat& image);
+
 /// Nearest sample by pixel centres, in whole numbers: how depth is brought to another size.
 cv::Mat resampleNearest(const cv::Mat& image, cv::Size size);
 

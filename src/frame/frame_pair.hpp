@@ -25,7 +25,8 @@ struct FramePair {
     /// What the sidecar knew besides (lights, a light's depth map): an object, or null. Shared, never
     /// changed.
     std::shared_ptr<const nlohmann::json> extras;
-    /// Further images of the capture (a light's depth map), CV_32FC4, which steps may read by name.
+    /// Further images of the capture (a light's depth map), which steps may read by name: CV_32FC4, or CV_32F
+    /// where there is one channel, which then stands for grey.
     std::map<std::string, cv::Mat> images;
     /// Every file that was read for it, as named: the colour image first, then depth, sidecar and light
     /// maps if there are.

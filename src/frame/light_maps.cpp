@@ -19,7 +19,7 @@ void readLightMaps(FramePair& frame, size_t maxPixels) {
         if (!light.is_object() || !light.contains("shadow_map") || !light["shadow_map"].is_string()) continue;
         const std::string name = light["shadow_map"];
         if (frame.images.count(name)) continue;
-        cv::Mat depth, map;
+        cv::Mat depth;
         // A name costs a few bytes, and many may mean one file.
         const std::string path = (folder / name).string();
         if (++maps > mostLightMaps)
@@ -27,9 +27,7 @@ void readLightMaps(FramePair& frame, size_t maxPixels) {
         cv::extractChannel(readImage(path, left), depth, 0);
         left -= depth.total();
         frame.files.push_back(path);
-        const cv::Mat opaque(depth.size(), CV_32F, cv::Scalar(1));
-        cv::merge(std::vector<cv::Mat>{depth, depth, depth, opaque}, map);
-        frame.images[name] = map;
+        frame.images[name] = depth;
     }
 }
 

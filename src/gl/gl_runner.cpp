@@ -69,7 +69,7 @@ class GlRunner final : public Runner {
             auto found = onGpu.images.find(name);
             if (found == onGpu.images.end()) failUsage("no step writes an image '", name, "' to keep");
             if (!result.images.count(name))
-                result.images[name] = steps_->staging().download(*found->second, name);
+                result.images[name] = fourChannels(steps_->staging().download(*found->second, name));
         }
         result.timings = steps_->timings();
         if (const GLenum error = context.functions().GetError(); error != GL_NO_ERROR)

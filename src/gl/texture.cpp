@@ -16,6 +16,10 @@ Texture::Texture(const GlFunctions& gl, cv::Size size, GLenum format)
     gl_.CreateTextures(GL_TEXTURE_2D, 1, &name_);
     gl_.TextureStorage2D(name_, 1, format, size.width, size.height);
     setSampling();
+    if (format != GL_R32F) return;
+    for (GLenum channel : {GL_TEXTURE_SWIZZLE_G, GL_TEXTURE_SWIZZLE_B})
+        gl_.TextureParameteri(name_, channel, GL_RED);  // one channel stands for grey
+    gl_.TextureParameteri(name_, GL_TEXTURE_SWIZZLE_A, GL_ONE);
 }
 
 Texture::Texture(const GlFunctions& gl, cv::Vec3i size)

@@ -31,7 +31,7 @@ cv::Size sizeOf(const Step& step, const FramePair& frame, cv::Size input) {
 
 ReferenceContext contextOf(const Step& step, const FramePair& frame, const Images& images) {
     ReferenceContext context;
-    context.input = imageNamed(images, step, step.input);
+    context.input = fourChannels(imageNamed(images, step, step.input));
     const cv::Size output = sizeOf(step, frame, context.input.size());
     context.camera = frame.camera.resized(frame.size(), context.input.size());
     context.frameSize = frame.size();
@@ -39,8 +39,7 @@ ReferenceContext contextOf(const Step& step, const FramePair& frame, const Image
     for (const Parameter& p : step.effect->header.parameters)
         if (p.type == ParameterType::Image && p.name != step.effect->header.mainImage()) {
             const cv::Mat& image = imageNamed(images, step, step.imageOf(p.name));
-            context.images[p.name] =
-                !p.resample || image.size() == output ? image : resampleLinear(image, output);
+            context.images[p.name] = p.resample ? resampleLinear(fourChannels(image), output) : image;
         }
     context.time = frame.time;
     context.frameIndex = frame.index;

@@ -124,6 +124,31 @@ TEST(CpuRunner, AfterAnyParameterChangesAWarmRunnerGivesTheBitsOfAFreshOne) {
     EXPECT_GT(changed, 50u);
 }
 
+// Read at its own size, at another, as the input, and in place: the frame's own image stays what it was.
+TEST(CpuRunner, AnImageOfOneChannelIsGreyAndOpaque) {
+    auto pair = frame(37, 21);
+    auto runner = makeCpuRunner();
+    for (const cv::Size size : {pair.size(), cv::Size(9, 5)}) {
+        pair.images["mask"] = cv::Mat(size, CV_32F, cv::Scalar(.25));
+        const cv::Mat grey(size, CV_32FC4, cv::Scalar(.25, .25, .25, 1));
+        Chain chain = preset(R"({"effect": "blend", "mode": "mix", "strength": 1})");
+        chain.steps[0].values.at("second").text = "mask";
+        auto result = runner->run(chain, pair, {"mask"});
+        for (int n = 0; n < 3; n++) {
+            cv::Mat channel;
+            cv::extractChannel(result.images["color"], channel, n);
+            EXPECT_LT(cv::norm(channel, cv::Mat(pair.size(), CV_32F, cv::Scalar(.25)), cv::NORM_INF), 1e-7);
+        }
+        EXPECT_TRUE(sameBits(result.images["mask"], grey));
+        chain = preset(R"({"effect": "blend", "mode": "mix", "strength": 0})");
+        chain.steps[0].values.at("second").text = "mask";
+        chain.steps[0].input = chain.steps[0].output = "mask";
+        result = runner->run(chain, pair, {"mask"});
+        EXPECT_TRUE(sameBits(result.images["mask"], grey));
+        EXPECT_TRUE(sameBits(pair.images["mask"], cv::Mat(size, CV_32F, cv::Scalar(.25))));
+    }
+}
+
 TEST(CpuRunner, NamedImagesKeepTheirSizeAndReadersResample) {
     auto pair = frame(37, 21);
     auto runner = makeCpuRunner();

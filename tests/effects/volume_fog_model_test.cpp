@@ -58,8 +58,8 @@ std::string presetOf(const Model& m) {
 // Surfaces at heights 4 and, to the right, none: what lies lower, by more than the bias, is in shadow.
 bool isInShadow(const cv::Vec3d& q) { return q[0] < 0 && q[1] < 4 - .5; }
 void addShadow(FramePair& frame) {
-    cv::Mat map(8, 8, CV_32FC4, cv::Scalar::all(1));
-    map.colRange(0, 4).setTo(cv::Scalar::all(.46));  // δ = .5 - y/100
+    cv::Mat map(8, 8, CV_32F, cv::Scalar(1));
+    map.colRange(0, 4).setTo(.46);  // δ = .5 - y/100
     frame.images["sun.exr"] = map;
     frame.extras = std::make_shared<const nlohmann::json>(nlohmann::json::parse(
         R"({"lights": [{"type": "directional", "direction": [0.48, 0.6, -0.64], "shadow_map": "sun.exr",

@@ -43,6 +43,17 @@ TEST_P(GlRunnerTest, ResultsOutliveLaterFramesOfAnySize) {
     EXPECT_EQ(again.images.at("color").data, memory);  // fresh pages cost more than the way to the GPU
 }
 
+TEST_P(GlRunnerTest, AnImageOfOneChannelIsGreyAndOpaque) {
+    FramePair frame = probeFrame();
+    frame.images["mask"] = cv::Mat(frame.size(), CV_32F, cv::Scalar(.25));
+    Step step = stepOf(linearEffect(inputOnly, identity));
+    step.input = "mask";
+    const RunResult result = runner()->run(chainOf({step}), frame, {"mask"});
+    const cv::Mat grey(frame.size(), CV_32FC4, cv::Scalar(.25, .25, .25, 1));
+    EXPECT_EQ(largestDifference(result.images.at("color"), grey), 0);
+    EXPECT_EQ(largestDifference(result.images.at("mask"), grey), 0);
+}
+
 TEST_P(GlRunnerTest, PixelsAreAddressedFromTheTopLeft) {
     const auto step =
         stepOf(linearEffect(inputOnly, "void main() { store(vec4(vec2(pixel()), 0.0, 1.0)); }"));
