@@ -22,6 +22,7 @@
 #include "printable.hpp"
 #include "progress.hpp"
 #include "report.hpp"
+#include "shell_word.hpp"
 
 namespace brume::host {
 namespace {
@@ -235,7 +236,7 @@ void tellLeftOut(const std::vector<FrameFiles>& inputs, const Arguments& a) {
 void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string& sheetPath) {
     Report report;
     Progress progress(batch.tasks.size());
-    std::vector<cv::Mat> thumbnails;
+    std::vector<Thumbnail> thumbnails;
     std::string firstError;
     ErrorKind firstKind = ErrorKind::Io;
     bool isLong = frames > sheetFrames, saidCamera = false;
@@ -256,10 +257,13 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
                               "'horizontal_view_degrees=60,height=1.6' or a sidecar says what it was"));
         }
         if (!outcome.hardlyShows.empty())
-            progress.say(text("note: '", task.output, "' looks much like its input: ", outcome.hardlyShows));
+            progress.say(text("note: '", task.output, "' looks much like its input: ", outcome.hardlyShows,
+                              a.like.empty() ? text("; brume preview ", shellWord(a.preset), " ",
+                                                    shellWord(task.making.input), " shows what others do")
+                                             : ""));
         if (a.explain && outcome.state == Outcome::State::Made) explain(task, outcome, batch.chain);
         if (!outcome.thumbnail.empty() && thumbnails.size() < sheetFrames) {
-            thumbnails.push_back(outcome.thumbnail);
+            thumbnails.push_back({outcome.thumbnail, fs::path(task.output).filename().string()});
             if (thumbnails.size() == sheetFrames) {
                 writeImage(sheetPath, contactSheet(thumbnails, 4));
                 progress.say("the first frames: " + sheetPath);

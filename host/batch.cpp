@@ -98,8 +98,14 @@ class MemoryGate {
 // without looking for it. (Judged by eye: 28 of 170 hardly shows in a bright room, 26 of 40 does at night.)
 constexpr double seenChange = 32, seenShare = .25;
 
+bool isFog(const Chain& chain) {
+    return std::any_of(chain.steps.begin(), chain.steps.end(), [](const Step& step) {
+        return step.enabled && step.effect->header.writesTransmittance;
+    });
+}
+
 // A fog for a street is nothing in a room: said once, before somebody looks for what went wrong.
-std::string hardlyShows(const FramePair& frame, const cv::Mat& color) {
+std::string hardlyShows(const Chain& chain, const FramePair& frame, const cv::Mat& color) {
     if (color.size() != frame.color.size()) return {};
     std::vector<double> changes, levels, depths;
     for (const cv::Point& p : sampleGrid(color.size(), 10000).pixels) {
@@ -111,7 +117,7 @@ std::string hardlyShows(const FramePair& frame, const cv::Mat& color) {
     if (!(change < std::min(seenChange, std::max(1., seenShare * middle)))) return {};
     const std::string what =
         text("nine pixels in ten change by less than ", std::floor(change) + 1, " of 255 steps");
-    if (depths.empty()) return what;
+    if (depths.empty() || !isFog(chain)) return what;
     char range[120];
     std::snprintf(range, sizeof range,
                   "; its surfaces lie at %.2g to %.2g m, and fog for such distances shows more",
@@ -331,7 +337,8 @@ class Run {
                 token->outcome.files.push_back(keptFiles[k]);
             }
             const cv::Mat& color = token->result.images.at("color");
-            if (task.frame == 0) token->outcome.hardlyShows = hardlyShows(token->frame->ready.frame, color);
+            if (task.frame == 0)
+                token->outcome.hardlyShows = hardlyShows(batch_.chain, token->frame->ready.frame, color);
             if (task.making.withDepth) {
                 FramePair fogged = token->frame->captured;
                 if (color.size() != fogged.size())

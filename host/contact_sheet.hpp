@@ -2,11 +2,18 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
 
 namespace brume::host {
 
-/// CV_32FC4 images in rows of `columns`, each centred in a cell of the largest's size, on dark grey.
-cv::Mat contactSheet(const std::vector<cv::Mat>& images, int columns);
+struct Thumbnail {
+    cv::Mat image;  ///< CV_32FC4, scene-linear
+    std::string caption;
+};
+
+/// Images in rows of `columns`, each centred above its caption in a cell of the largest's size, on dark grey.
+/// Captions longer than their cell keep their end, where names of frames differ.
+cv::Mat contactSheet(const std::vector<Thumbnail>& thumbnails, int columns);
 
 }  // namespace brume::host

@@ -60,7 +60,13 @@ struct Draw {
 
 bool parseDraw(const std::string& path, const std::string& value, Draw& draw) {
     if (isCall(value, "choice", draw.arguments)) return draw.isChoice = true;
-    if (!isCall(value, "random", draw.arguments)) return false;
+    if (!isCall(value, "random", draw.arguments)) {
+        const size_t bracket = value.find('(');
+        if (bracket == std::string::npos || bracket == 0 || !value.ends_with(")")) return false;
+        failUsage(
+            "--set ", path, ": '", value,
+            "' is no way to draw a value: random(LOW,HIGH), random(LOW,HIGH,log) and choice(A,B,...) are");
+    }
     draw.isLog = draw.arguments.size() == 3 && draw.arguments[2] == "log";
     if (draw.arguments.size() != 2 && !draw.isLog)
         failUsage("--set ", path, ": '", value, "' should be random(LOW,HIGH) or random(LOW,HIGH,log)");

@@ -125,7 +125,8 @@ void runHalf(Runner& runner, const char* half, const Chain& chain, const Subject
                                    cv::typeToString(image.type()), ", not ", expected.width, "×",
                                    expected.height, " CV_32FC4"));
         if (!subject.isPersistent && !sameBits(image, second.images[name]))
-            trial.fail(text(half, ": two runs gave different ", name));
+            trial.fail(text(half, ": two runs gave different ", name,
+                            ": pixels never stored, or read while they are written, do that"));
         // Transmittance never depends on colour's class.
         if (trial.source->finiteColor)
             if (auto place = findNan(image))

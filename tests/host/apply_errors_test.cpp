@@ -136,6 +136,7 @@ TEST_F(ApplyErrors, wrongValues) {
     expectError(apply + "--set visibility=3", 2, "effect.parameter=value");
     expectError(apply + "--set depth_fog.visibility=", 2, "empty value");
     expectError(apply + "--set 'depth_fog.visibility=random(5)'", 2, "random(LOW,HIGH)");
+    expectError(apply + "--set 'depth_fog.visibility=uniform(5,9)'", 2, "'uniform(5,9)' is no way to draw");
     expectError(apply + "--set 'depth_fog.visibility=random(9,5)'", 2, "LOW ≤ HIGH");
     expectError(apply + "--set 'depth_fog.visibility=random(-9,5)'", 2, "-9");
     expectError(apply + "--shard 3/2", 2, "3/2");

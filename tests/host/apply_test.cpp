@@ -36,7 +36,15 @@ TEST_F(Apply, fogThatHardlyShowsIsSaid) {
     EXPECT_THAT(ran.err,
                 HasSubstr("note: 'fog_extinction-0.png' looks much like its input: nine pixels in ten change "
                           "by less than 1 of 255 steps; its surfaces lie at"));
+    EXPECT_THAT(ran.err, HasSubstr("brume preview depth_fog street.exr shows"));
     EXPECT_THAT(ran.err, testing::Not(HasSubstr("extinction-.05")));
+}
+
+TEST_F(Apply, whatIsNoFogIsNotAskedForMoreFog) {
+    addFrame("street.exr");
+    const auto ran = brume("apply gaussian_blur street.exr -o soft.png --set gaussian_blur.radius=0");
+    EXPECT_THAT(ran.err, HasSubstr("looks much like its input"));
+    EXPECT_THAT(ran.err, testing::Not(HasSubstr("surfaces")));
 }
 
 TEST_F(Apply, whatIsLittleByDayShowsAtNight) {

@@ -46,7 +46,8 @@ TEST_F(Batch, aSequenceBecomesAFolderWithASummaryAndASheet) {
     EXPECT_EQ(pictures("out").size(), 10u);
     EXPECT_TRUE(fs::exists(path("out/contact_sheet.png")));
     cv::Mat sheet = readImage(path("out/contact_sheet.png"));
-    EXPECT_EQ(sheet.size(), cv::Size(8 + 4 * 48, 8 + 2 * 32)) << "four by two, each 40 by 24";
+    EXPECT_EQ(sheet.size(), cv::Size(8 + 4 * 48, 8 + 2 * 54))
+        << "four by two, each 40 by 24 above its caption";
 }
 
 TEST_F(Batch, folderGlobListAndPatternMeanTheSame) {
