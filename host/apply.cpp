@@ -10,6 +10,7 @@
 #include "batch.hpp"
 #include "commands.hpp"
 #include "contact_sheet.hpp"
+#include "effect/plan_words.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
@@ -98,31 +99,11 @@ void explain(const Task& task, const Outcome& outcome, const Chain& chain) {
     std::cout << task.making.input << "\n";
     for (const std::string& note : outcome.notes) std::cout << "  " << note << "\n";
     for (const StepPlan& step : outcome.decisions) {
-        std::cout << "  " << step.id << ": ";
-        if (!step.planned) {
-            std::cout << "as written\n";
-            continue;
-        }
-        if (step.plan.skip) std::cout << "skipped; ";
-        auto found = std::find_if(chain.steps.begin(), chain.steps.end(),
-                                  [&](const Step& s) { return s.id == step.id; });
-        for (const auto& [name, value] : step.plan.chosen) {
-            std::string label = text(value);
-            const Parameter* parameter =
-                found == chain.steps.end() ? nullptr : findParameter(found->effect->header.parameters, name);
-            for (size_t k = 0; parameter && k < parameter->labels.size(); k++)
-                if (double(parameter->values[k]) == value) label = parameter->labels[k];
-            std::cout << name << " = " << label << "; ";
-        }
-        std::cout << step.plan.why << "\n";
-        if (step.tolerance == 0) continue;
-        char line[160];
-        std::snprintf(
-            line, sizeof line,
-            "    predicted: off by %.2g of an 8-bit step (%.2g allowed), for the time of %.*f frame copies\n",
-            255 * step.plan.predictedError, 255 * step.tolerance, step.plan.predictedCost < 10 ? 1 : 0,
-            step.plan.predictedCost);
-        std::cout << line;
+        std::cout << "  " << step.id << ": " << choiceWords(chain, step);
+        if (!step.plan.why.empty()) std::cout << "; " << step.plan.why;
+        std::cout << "\n";
+        if (const std::string words = predictionWords(step); !words.empty())
+            std::cout << "    predicted: " << words << "\n";
     }
 }
 

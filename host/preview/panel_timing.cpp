@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "effect/plan_words.hpp"
 #include "error.hpp"
 #include "preview/app.hpp"
-#include "preview/explain.hpp"
 #include "preview/theme.hpp"
 
 namespace brume::preview {
@@ -91,15 +91,16 @@ void drawPlan(App& app) {
     ImGui::PushFont(boldFont());
     ImGui::TextUnformatted("The plan");
     ImGui::PopFont();
-    for (const Decision& d : decisionsOf(app.rendered->job.chain, app.rendered->decisions)) {
+    for (const StepPlan& step : app.rendered->decisions) {
+        const std::string prediction = predictionWords(step);
         ImGui::Dummy({0, 1});
-        ImGui::TextUnformatted(d.id.c_str());
+        ImGui::TextUnformatted(step.id.c_str());
         ImGui::SameLine();
-        ImGui::TextColored(d.chosen.empty() ? colors::dim : colors::accent, "%s",
-                           d.chosen.empty() ? "as written" : d.chosen.c_str());
+        ImGui::TextColored(step.planned ? colors::accent : colors::dim, "%s",
+                           choiceWords(app.rendered->job.chain, step).c_str());
         ImGui::PushTextWrapPos();
-        if (!d.why.empty()) ImGui::TextColored(colors::quiet, "%s", d.why.c_str());
-        if (!d.costs.empty()) ImGui::TextColored(colors::dim, "%s", d.costs.c_str());
+        if (!step.plan.why.empty()) ImGui::TextColored(colors::quiet, "%s", step.plan.why.c_str());
+        if (!prediction.empty()) ImGui::TextColored(colors::dim, "%s", prediction.c_str());
         ImGui::PopTextWrapPos();
     }
 }

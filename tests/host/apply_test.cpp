@@ -191,6 +191,20 @@ TEST_F(Apply, explainSaysWhatWasUnderstood) {
     EXPECT_THAT(ran.out, HasSubstr("depth_fog: "));
 }
 
+TEST_F(Apply, explainNamesChoicesAndGivesNumbersAsTheyAre) {
+    addFrame("street.exr");
+    const auto ran = brume(
+        "apply gaussian_blur street.exr -o soft.png --explain --set gaussian_blur.radius=5 --set "
+        "gaussian_blur.method=fir");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    // The tolerance is under 1, and was chosen.
+    EXPECT_THAT(ran.out, testing::ContainsRegex("gaussian_blur: .*tolerance = 0[.][0-9]*[1-9]"));
+    EXPECT_THAT(ran.out, testing::ContainsRegex("predicted: off by .* of an 8-bit step .0.5 allowed."));
+    const auto free =
+        brume("apply gaussian_blur street.exr -o soft.png --explain --set gaussian_blur.radius=5");
+    EXPECT_THAT(free.out, testing::ContainsRegex("gaussian_blur: method = [a-zA-Z]")) << "not a number";
+}
+
 TEST_F(Apply, dumpShaderPrintsWhatTheCompilerGets) {
     auto ran = brume("apply depth_fog --dump-shader");
     EXPECT_EQ(ran.status, 0) << ran.err;
