@@ -166,6 +166,9 @@ void check(const Arguments& a) {
             std::cout << name << ": refused: " << reason << "\n";
             failed.push_back(name);
         }
+    std::cout << "\nWorst and mean are of linear light, and some of these frames reach 65504; bound is the "
+                 "share of "
+                 "what\neach pixel was allowed.\n";
     if (failed.empty()) return;
     throw Error(ErrorKind::CheckFailed, "check failed for " + CLI::detail::join(failed, ", "));
 }
