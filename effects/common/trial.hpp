@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <memory>
 #include <opencv2/core/utility.hpp>
 #include <vector>
 
@@ -43,9 +44,24 @@ inline void addRay(const PlanInput& in, const cv::Vec3d& way, double right, doub
     rays.push_back(ray);
 }
 
+/// Rays evenly over the frame, some 3600·finer² of them, but one a tile at least and no more than pixels.
+inline std::vector<Probe> raysEverywhere(const PlanInput& in, int finer) {
+    const auto& camera = in.scene.camera;
+    const auto& m = camera.worldFromCamera;
+    const cv::Vec3d ahead(-m(0, 2), -m(1, 2), -m(2, 2));
+    const double tile = std::min<double>(ImageBounds::tile, std::sqrt(in.scene.size.area() / 3600.));
+    const double apart = std::max(1., tile / finer);
+    std::vector<Probe> rays;
+    for (double y = apart / 2; y < in.scene.size.height; y += apart)
+        for (double x = apart / 2; x < in.scene.size.width; x += apart)
+            addRay(in, ahead, x - camera.cx, y - camera.cy, rays);
+    return rays;
+}
+
 struct TrialOption {
     int method = 0, steps = 1;
     double cost = 0;
+    bool hasFloor = false;  ///< an error that no number of steps takes away
 };
 
 class Trial {
@@ -53,24 +69,24 @@ class Trial {
     /// The fog on tile `tile` of the rays; called from several threads.
     using Fog = std::function<void(int tile, int method, int steps, TrialOutcome&)>;
 
-    /// The truth is as many steps of `exact` as still change anything: twice 64, twice that, up to `most`.
-    Trial(const PlanInput& in, const std::vector<Probe>& rays, const Fog& fog, int exact, int most)
+    /// The truth is as many steps of `exact` as still change anything: twice `least`, twice that, up to
+    /// `most`.
+    Trial(const PlanInput& in, const std::vector<Probe>& rays, const Fog& fog, int exact, int least, int most)
         : in_(in), rays_(rays), fog_(fog), truth_(rays.size() / trialWidth), doubts_(truth_.size()) {
         each([&](int tile) {
-            TrialOutcome before;
-            fog_(tile, exact, 64, before);
-            for (int steps = 128; steps <= most; steps *= 2) {
+            fog_(tile, exact, least, truth_[tile]);
+            for (int steps = 2 * least; steps <= most; steps *= 2) {
+                const TrialOutcome before = truth_[tile];
                 fog_(tile, exact, steps, truth_[tile]);
                 doubts_[tile] = differenceOf(before, truth_[tile], tile);
                 if (doubts_[tile] <= in_.tolerance / 8) break;
-                before = truth_[tile];
             }
         });
     }
 
     /// Rays for whole tiles: the last is repeated.
     static std::vector<Probe> filled(std::vector<Probe> rays) {
-        while (rays.size() % trialWidth != 0) rays.push_back(rays.back());
+        while (!rays.empty() && rays.size() % trialWidth != 0) rays.push_back(rays.back());
         return rays;
     }
 
@@ -132,6 +148,44 @@ class Trial {
     int worst_ = 0;               // the tile where the last method failed
 };
 
+/// Ever more of a frame's rays: most methods are off already on a few, and only what might be off elsewhere
+/// is tried on more. A `Trials` has error(method, steps, enough) and doubt().
+template <class Trials>
+class TrialLevels {
+  public:
+    using Make = std::function<std::unique_ptr<Trials>(int level)>;
+
+    /// How many times the worst of a level's rays the worst of all pixels may be. On the last, the error may
+    /// grow towards all pixels as it grew from the level before, each time that rays are four times as many.
+    TrialLevels(double tolerance, std::vector<double> margins, const Make& make)
+        : tolerance_(tolerance), margins_(std::move(margins)), make_(make), trials_(margins_.size()) {}
+
+    Trials& at(int level) {
+        if (!trials_[level]) trials_[level] = make_(level);
+        return *trials_[level];
+    }
+    /// The worst error to be feared of a method; gives up where it exceeds `enough`.
+    double error(const TrialOption& option, double enough) {
+        double feared = 0, before = HUGE_VAL;
+        for (int level = 0; level < int(margins_.size()); level++) {
+            const double own = at(level).error(option.method, option.steps, enough);
+            if (own > enough) return own;
+            double margin = margins_[level];
+            if (level > 1 && own > before) margin = std::clamp(std::pow(own / before, 3), margin, 4.);
+            feared = margin * std::max(own, level > 1 ? before : 0) + at(level).doubt();
+            if (feared <= std::min(enough, tolerance_)) break;
+            before = own;
+        }
+        return feared;
+    }
+
+  private:
+    double tolerance_;
+    std::vector<double> margins_;
+    Make make_;
+    std::vector<std::unique_ptr<Trials>> trials_;
+};
+
 struct TrialChoice {
     TrialOption option;
     double error = HUGE_VAL;
@@ -156,15 +210,23 @@ TrialChoice cheapest(std::vector<TrialOption> options, double tolerance, bool ch
     std::sort(options.begin(), options.end(),
               [](const TrialOption& a, const TrialOption& b) { return a.cost < b.cost; });
     std::map<int, TrialChoice> before;  // by method, what was tried last
+    std::map<int, std::vector<double>> errors;
     int most = 0;
     for (const TrialOption& option : options) {
+        most = std::max(most, option.steps);
+        auto& known = errors[option.method];
+        // Five in a row, to twice the steps, are alike: it is the floor.
+        if (option.hasFloor && known.size() > 4) {
+            const auto [low, high] = std::minmax_element(known.end() - 5, known.end());
+            if (*low > .95 * *high) continue;
+        }
         const double own = errorOf(option, tolerance);
+        known.push_back(own);
         TrialChoice& last = before[option.method];
         const TrialChoice candidate =
             choosesSteps ? TrialChoice{last.option, std::max(own, last.error)} : TrialChoice{option, own};
         if (candidate.error <= tolerance) return {candidate.option, candidate.error, true};
         last = {option, own};
-        most = std::max(most, option.steps);
     }
     TrialChoice best;
     for (const TrialOption& option : options) {

@@ -75,50 +75,28 @@ class RayFog {
     }
 };
 
-// What steps along the ray and baked texels come to on the frame's probes.
-//
-// Errors of the noise are chance: of hundreds of thousands of pixels some have far larger ones than any of
-// the hundreds of probes. They are alike on ways of like length, though, so rays are sorted by length, and
-// every ray is taken to be off by `deviations` of what its tile's are off by.
+// What steps along the ray and baked texels come to on rays of the frame.
 class RayTrial {
   public:
-    RayTrial(const NoiseFog& p, const PlanInput& in)
+    RayTrial(const NoiseFog& p, const PlanInput& in, std::vector<Probe> rays)
         : p_(p),
-          rays_(raysOf(p, in)),
+          rays_(Trial::filled(std::move(rays))),
           fog_(p, in, rays_),
           noise_(rays_.size()),
           trial_(
               in, rays_,
-              [this](int tile, int, int steps, TrialOutcome& outcome) {
-                  fog_.noiseOf(tile, procedural, steps, noiseAt(tile));
-                  fog_.fogOf(tile, noiseAt(tile), outcome);
+              [this](int tile, int method, int steps, TrialOutcome& outcome) {
+                  float tried[trialWidth], *noise = method == truth ? noiseAt(tile) : tried;
+                  fog_.noiseOf(tile, method == truth ? int(procedural) : method, steps, noise);
+                  fog_.fogOf(tile, noise, outcome);
               },
-              procedural, p.where == alongTheRay ? 4096 : 64) {}
+              truth, p.where == alongTheRay ? 16 : 1, p.where == alongTheRay ? 4096 : 1) {}
 
-    /// How visible a method in so many steps is; gives up where that exceeds `enough`.
+    /// How visible a method in so many steps is at worst; gives up where that exceeds `enough`.
     double error(int method, int steps, double enough) {
-        if (noise_.empty() || (method == procedural && p_.where == atTheSurface)) return 0;
-        const double doubt = trial_.doubt();
-        std::vector<double> errors(trial_.tiles(), 0.);
-        auto measure = [&](int tile) {
-            const float off = float(offOf(tile, method, steps));
-            for (float sign : {-1.f, 1.f}) {
-                float moved[trialWidth];
-                TrialOutcome from, to;
-                for (int x = 0; x < trialWidth; x++)
-                    moved[x] = std::clamp(noiseAt(tile)[x] + sign * off, 0.0f, 1.0f);
-                fog_.fogOf(tile, noiseAt(tile), from), fog_.fogOf(tile, moved, to);
-                errors[tile] = std::max(errors[tile], doubt + trial_.differenceOf(from, to, tile));
-            }
-        };
-        measure(worst_);
-        if (errors[worst_] > enough) return errors[worst_];
-        trial_.each([&](int tile) {
-            if (tile != worst_) measure(tile);
-        });
-        worst_ = int(std::max_element(errors.begin(), errors.end()) - errors.begin());
-        return errors[worst_];
+        return method == procedural && p_.where == atTheSurface ? 0 : trial_.error(method, steps, enough);
     }
+    double doubt() const { return trial_.doubt(); }
     /// Where the noise takes the last of the fog away, holes in it may have edges as hard as the fog is
     /// dense: how visible it is at most that they lie elsewhere.
     double atEdge(int method, int steps) const {
@@ -141,38 +119,22 @@ class RayTrial {
         return *std::max_element(errors.begin(), errors.end());
     }
 
-    static constexpr double deviations = 5;
-
   private:
+    static constexpr int truth = -1;
+
     const NoiseFog& p_;
     std::vector<Probe> rays_;
     RayFog fog_;
     std::vector<float> noise_;  // of each ray, the truth
     Trial trial_;
-    int worst_ = 0;  // the tile where the last method failed
 
-    // The frame's probes; along the ray, also rays beside the lattice's axes, where steps may keep time with
-    // cells.
-    static std::vector<Probe> raysOf(const NoiseFog& p, const PlanInput& in) {
-        std::vector<Probe> rays = in.frame.probes;
-        if (rays.empty()) return rays;
-        std::stable_sort(rays.begin(), rays.end(),
-                         [](const Probe& a, const Probe& b) { return a.distance < b.distance; });
-        rays = Trial::filled(rays);
-        for (int axis = 0; axis < 6 && p.where == alongTheRay; axis++) {
-            cv::Vec3d way;
-            way[axis / 2] = axis % 2 ? 1 : -1;
-            for (int y = -4; y < 4; y++)
-                for (int x = -4; x < 4; x++) addRay(in, way, 12 * x + 6, 12 * y + 6, rays);
-            rays = Trial::filled(rays);
-        }
-        return rays;
-    }
     float* noiseAt(int tile) { return noise_.data() + size_t(tile) * trialWidth; }
     const float* noiseAt(int tile) const { return noise_.data() + size_t(tile) * trialWidth; }
 
-    // By how much a tile's noise may be off at worst.
+    // By how much a tile's noise may be off at worst: errors of the noise are chance, and few rays come to an
+    // edge.
     double offOf(int tile, int method, int steps) const {
+        constexpr double deviations = 5;
         float noise[trialWidth];
         fog_.noiseOf(tile, method, steps, noise);
         double squares = 0;
@@ -180,5 +142,23 @@ class RayTrial {
         return deviations * std::sqrt(squares / trialWidth);
     }
 };
+
+// The frame's probes, sorted by distance, since errors of noise are alike on ways of like length; along the
+// ray, also rays beside the lattice's axes, where steps may keep time with cells.
+inline std::vector<Probe> fewRays(const NoiseFog& p, const PlanInput& in) {
+    std::vector<Probe> rays = in.frame.probes;
+    if (rays.empty()) return rays;
+    std::stable_sort(rays.begin(), rays.end(),
+                     [](const Probe& a, const Probe& b) { return a.distance < b.distance; });
+    rays = Trial::filled(rays);
+    for (int axis = 0; axis < 6 && p.where == alongTheRay; axis++) {
+        cv::Vec3d way;
+        way[axis / 2] = axis % 2 ? 1 : -1;
+        for (int y = -4; y < 4; y++)
+            for (int x = -4; x < 4; x++) addRay(in, way, 12 * x + 6, 12 * y + 6, rays);
+        rays = Trial::filled(rays);
+    }
+    return rays;
+}
 
 }  // namespace brume::noise_fog

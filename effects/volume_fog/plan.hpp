@@ -99,9 +99,9 @@ struct Everywhere {
     RayMarch march;
     brume::Trial trial;
     Everywhere(const Params& p, const brume::PlanInput& in, int exactly)
-        : rays(raysEverywhere(in)),
+        : rays(brume::Trial::filled(brume::raysEverywhere(in, 1))),
           march(p, in, rays),
-          trial(in, rays, fogOf(p, march, exactly), exactly, 2048) {}
+          trial(in, rays, fogOf(p, march, exactly), exactly, 64, 2048) {}
 };
 
 inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
@@ -129,7 +129,7 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
     const Rays rays(p, in);
     const RayMarch march(p, in, rays.all());
     auto fog = fogOf(p, march, exactly);
-    brume::Trial trial(in, rays.all(), fog, exactly, 4096);
+    brume::Trial trial(in, rays.all(), fog, exactly, 64, 4096);
     const double lampShare = march.lampShare();
     // Edges of shadows that a ray crosses may by chance all err to one side, on a few rays of a frame:
     // whatever takes more steps than these is also tried on one ray of every tile, for a fiftieth of its

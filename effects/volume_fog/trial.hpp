@@ -45,19 +45,6 @@ class Rays {
     }
 };
 
-// The middle of every tile of the frame.
-inline std::vector<brume::Probe> raysEverywhere(const brume::PlanInput& in) {
-    const auto& camera = in.scene.camera;
-    const auto& m = camera.worldFromCamera;
-    const cv::Vec3d ahead(-m(0, 2), -m(1, 2), -m(2, 2));
-    constexpr int tile = brume::ImageBounds::tile;
-    std::vector<brume::Probe> rays;
-    for (int y = tile / 2; y < in.scene.size.height; y += tile)
-        for (int x = tile / 2; x < in.scene.size.width; x += tile)
-            brume::addRay(in, ahead, x + .5 - camera.cx, y + .5 - camera.cy, rays);
-    return rays.empty() ? rays : brume::Trial::filled(rays);
-}
-
 // The march over tiles of rays.
 class RayMarch {
   public:
