@@ -58,6 +58,24 @@ inline std::vector<Probe> raysEverywhere(const PlanInput& in, int finer) {
     return rays;
 }
 
+/// How visible the difference of two outcomes is at a tile's ray x, if more than `least`.
+inline double differenceAt(const PlanInput& in, const Probe& ray, const TrialOutcome& a,
+                           const TrialOutcome& b, int x, double least = 0) {
+    double most = least;
+    // The curve is nowhere steeper than at 0: most differences need not be encoded.
+    const double steepest = 12.92 * in.gain;
+    auto take = [&](double from, double to) {
+        if (!(std::abs(from - to) * steepest <= most)) most = std::max(most, in.visible(from, to));
+    };
+    for (int n = 0; n < 3; n++) {
+        const double from = a.added[n][x], to = b.added[n][x];
+        take(ray.low[n] * a.through[x] + from, ray.low[n] * b.through[x] + to);
+        if (ray.high[n] != ray.low[n])
+            take(ray.high[n] * a.through[x] + from, ray.high[n] * b.through[x] + to);
+    }
+    return most;
+}
+
 struct TrialOption {
     int method = 0, steps = 1;
     double cost = 0;
@@ -78,7 +96,8 @@ class Trial {
             for (int steps = 2 * least; steps <= most; steps *= 2) {
                 const TrialOutcome before = truth_[tile];
                 fog_(tile, exact, steps, truth_[tile]);
-                doubts_[tile] = differenceOf(before, truth_[tile], tile);
+                // What converges at all is off by less than half of what twice the steps changed.
+                doubts_[tile] = differenceOf(before, truth_[tile], tile) / 2;
                 if (doubts_[tile] <= in_.tolerance / 8) break;
             }
         });
@@ -114,20 +133,8 @@ class Trial {
     /// How visible the difference of two outcomes is, at its worst ray.
     double differenceOf(const TrialOutcome& a, const TrialOutcome& b, int tile) const {
         double most = 0;
-        // The curve is nowhere steeper than at 0: most differences need not be encoded.
-        const double steepest = 12.92 * in_.gain;
-        auto take = [&](double x, double y) {
-            if (!(std::abs(x - y) * steepest <= most)) most = std::max(most, in_.visible(x, y));
-        };
-        for (int x = 0; x < trialWidth; x++) {
-            const Probe& ray = rays_[size_t(tile) * trialWidth + x];
-            for (int n = 0; n < 3; n++) {
-                const double from = a.added[n][x], to = b.added[n][x];
-                take(ray.low[n] * a.through[x] + from, ray.low[n] * b.through[x] + to);
-                if (ray.high[n] != ray.low[n])
-                    take(ray.high[n] * a.through[x] + from, ray.high[n] * b.through[x] + to);
-            }
-        }
+        for (int x = 0; x < trialWidth; x++)
+            most = differenceAt(in_, rays_[size_t(tile) * trialWidth + x], a, b, x, most);
         return most;
     }
     int tiles() const { return int(truth_.size()); }

@@ -56,16 +56,28 @@ inline double opacityAt(const NoiseFog& p, float n, double distance, double dy) 
 
 // Every second ray ends where the fog still thickens: farther, dense fog hides whatever its noise does.
 inline std::vector<Probe> cutShort(const NoiseFog& p, const PlanInput& in, std::vector<Probe> rays) {
-    for (size_t k = 1; k < rays.size(); k += 2) {
-        const float n = k / 2 % 2 ? .25f : .75f;
-        const double wanted = p.maxOpacity * (k / 4 % 2 ? .5 : .97);
-        double near = in.frame.minDistance, far = std::min(rays[k].distance, 1e6);
-        for (int halving = 0; halving < 24; halving++) {
+    constexpr double farthest = 1e6;
+    auto reachOf = [&](size_t k, double slope, double far) {
+        const float n = k % 2 ? .25f : .75f;
+        const double wanted = p.maxOpacity * (k / 2 % 2 ? .5 : .97);
+        for (double near = in.frame.minDistance; far - near > 1e-6 * far;) {
             const double middle = (near + far) / 2;
-            (opacityAt(p, n, middle, middle * rays[k].direction[1]) < wanted ? near : far) = middle;
+            (opacityAt(p, n, middle, middle * slope) < wanted ? near : far) = middle;
         }
-        if (far < rays[k].distance && far < .99e6) rays[k].distance = far;
-    }
+        return far;
+    };
+    const double level[] = {reachOf(0, 0, farthest), reachOf(1, 0, farthest), reachOf(2, 0, farthest),
+                            reachOf(3, 0, farthest)};
+    cv::parallel_for_({0, int(rays.size() / 2)}, [&](const cv::Range& range) {
+        for (int k = range.start; k < range.end; k++) {
+            Probe& ray = rays[2 * k + 1];
+            const double far = std::min(ray.distance, farthest);
+            const double reach = p.mode == ocean ? reachOf(k, ray.direction[1], far) : level[k % 4];
+            if (reach < .99 * farthest) ray.distance = std::min(ray.distance, reach);
+        }
+    });
+    std::stable_sort(rays.begin(), rays.end(),
+                     [](const Probe& a, const Probe& b) { return a.distance < b.distance; });
     return rays;
 }
 
@@ -111,9 +123,10 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
     // Margins are what was seen on 40 frames of 1280×720, of methods and numbers of steps near the tolerance:
     // all pixels were up to 6 times as bad as the few rays, and up to 4.4 times as one ray of every tile.
     // Four of every tile come to 1.6 times, or to what the growth from one to four tells.
+    Texels texels(p.edge());
     TrialLevels<RayTrial> trials(in.tolerance, {8, 4, 1.6}, [&](int level) {
         return std::make_unique<RayTrial>(
-            p, in, level ? cutShort(p, in, raysEverywhere(in, level)) : fewRays(p, in));
+            p, in, level ? cutShort(p, in, raysEverywhere(in, level)) : fewRays(p, in), texels);
     });
     auto errorOf = [&](const TrialOption& option, double enough) { return trials.error(option, enough); };
     const TrialChoice best = cheapest(options, in.tolerance, isMarch && in.chooses("steps"), errorOf);

@@ -7,6 +7,7 @@
 #include "effect/plugin.hpp"
 #include "noise_fog/methods.hpp"
 #include "noise_fog/params.hpp"
+#include "noise_fog/texels.hpp"
 
 namespace brume::noise_fog {
 
@@ -17,7 +18,8 @@ constexpr float farCells = 4096;
 struct Constants {
     NoiseLattice lattice;
     float fraction[3], inverseSize, inverseDistance, toSun[3];
-    const float* volume;  // nullptr: its texels are computed wherever they are looked up
+    const float* volume;
+    Texels* texels;  // instead of the volume, if any
     int edge;
     Product product;
     bool isGround, varyingAirlight;
@@ -30,6 +32,7 @@ inline Constants constantsOf(const NoiseFog& p, const CpuContext& c) {
     k.inverseSize = c.derived("inverse_size")[0];
     k.inverseDistance = c.derived("inverse_distance")[0];
     k.volume = c.derived("baked").data();
+    k.texels = nullptr;
     k.edge = int(c.derived("baked_edge")[0]);
     k.isGround = p.isGround();
     k.varyingAirlight = p.hasSun() || (p.where != asAProduct && p.color != p.colorHigh);
@@ -96,25 +99,67 @@ BRUME_INLINE void exactTile(const NoiseFog& p, const Constants& k, int count, Ti
         proceduralTile<NoiseKind::Simplex>(k, p.octaves, count, t);
 }
 
-// 1.1 Smoothed (P5), the noise is a weighted mean of that at texels' distances round a place; where it is
-// baked, of that at the texels themselves, each corner of the place's own with its share.
-BRUME_INLINE void neighboursTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
-    constexpr int most = 6;
-    const float texels = float(p.edge() / p.tile), texel = 1.0f / texels;
-    const int s = p.smoothingRow(), neighbours = 2 * s + (p.method == baked ? 2 : 1);
-    const float rows[3][most] = {{1}, {0.25f, 0.5f, 0.25f}, {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f}};
-    float from[3][fogTileSize], weight[3][most][fogTileSize], sum[fogTileSize];
+// 1.1 The baked noise, not smoothed, without its volume: texels are computed as they are asked for.
+BRUME_INLINE void texelsTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    const int edge = k.edge, mask = edge - 1, texels = edge / p.tile;
+    const int cell[3] = {k.lattice.cellX, k.lattice.cellY, k.lattice.cellZ};
+    float share[3][fogTileSize], value[8][fogTileSize];
+    int place[8][fogTileSize], low[3][fogTileSize], missing[8 * fogTileSize], unknown = 0;
     for (int a = 0; a < 3; a++)
         for (int i = 0; i < count; i++) {
-            const float q = t.p[a][i] * texels, whole = std::floor(q);
-            const float share = p.method == baked ? q - whole : 0.0f;
-            from[a][i] = (p.method == baked ? whole * texel : t.p[a][i]) - float(s) * texel;
-            float last = 0;
-            for (int n = 0; n < neighbours; n++) {
-                weight[a][n][i] = rows[s][n] * (1.0f - share) + last * share;
-                last = rows[s][n];
-            }
+            const float q = t.p[a][i] * float(texels), whole = std::floor(q);
+            share[a][i] = q - whole;
+            low[a][i] = int(whole) + cell[a] * texels;
         }
+    for (int corner = 0; corner < 8; corner++)
+        for (int i = 0; i < count; i++)
+            place[corner][i] =
+                ((low[0][i] + (corner & 1)) & mask) + edge * (((low[1][i] + (corner >> 1 & 1)) & mask) +
+                                                              edge * ((low[2][i] + (corner >> 2)) & mask));
+    for (int corner = 0; corner < 8; corner++)
+        for (int i = 0; i < count; i++) {
+            value[corner][i] = (*k.texels)[place[corner][i]];
+            missing[unknown] = place[corner][i];
+            unknown += value[corner][i] == 0;
+        }
+    if (unknown > 0) {
+        const float texel = 1.0f / float(texels);
+        for (int first = 0; first < unknown; first += fogTileSize) {
+            const int some = std::min(unknown - first, fogTileSize);
+            for (int i = 0; i < some; i++) {
+                const int at = missing[first + i];
+                t.p[0][i] = float((at & mask) - cell[0] * texels) * texel;
+                t.p[1][i] = float((at / edge & mask) - cell[1] * texels) * texel;
+                t.p[2][i] = float(at / edge / edge - cell[2] * texels) * texel;
+            }
+            exactTile(p, k, some, t);
+            for (int i = 0; i < some; i++) k.texels->set(missing[first + i], t.noise[i]);
+        }
+        for (int corner = 0; corner < 8; corner++)
+            for (int i = 0; i < count; i++) value[corner][i] = (*k.texels)[place[corner][i]];
+    }
+    for (int axis = 0; axis < 3; axis++)
+        for (int corner = 0; corner < 4 >> axis; corner++)
+            for (int i = 0; i < count; i++)
+                value[corner][i] =
+                    value[2 * corner][i] + share[axis][i] * (value[2 * corner + 1][i] - value[2 * corner][i]);
+    for (int i = 0; i < count; i++) t.noise[i] = value[0][i];
+}
+
+// 1.2 Smoothed (P5), the noise is a weighted mean of that at texels' distances round a place.
+BRUME_INLINE void unsmoothedTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    if (p.method == baked)
+        texelsTile(p, k, count, t);
+    else
+        exactTile(p, k, count, t);
+}
+BRUME_INLINE void smoothedTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
+    const float texel = float(p.tile) / float(p.edge());
+    const int s = p.smoothingRow(), neighbours = 2 * s + 1;
+    const float rows[3][5] = {{1}, {0.25f, 0.5f, 0.25f}, {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f}};
+    float from[3][fogTileSize], sum[fogTileSize];
+    for (int a = 0; a < 3; a++)
+        for (int i = 0; i < count; i++) from[a][i] = t.p[a][i] - float(s) * texel;
     for (int i = 0; i < count; i++) sum[i] = 0;
     for (int z = 0; z < neighbours; z++)
         for (int y = 0; y < neighbours; y++)
@@ -124,15 +169,14 @@ BRUME_INLINE void neighboursTile(const NoiseFog& p, const Constants& k, int coun
                     t.p[1][i] = from[1][i] + float(y) * texel;
                     t.p[2][i] = from[2][i] + float(z) * texel;
                 }
-                exactTile(p, k, count, t);
-                for (int i = 0; i < count; i++)
-                    sum[i] += weight[0][x][i] * weight[1][y][i] * weight[2][z][i] * t.noise[i];
+                unsmoothedTile(p, k, count, t);
+                const float weight = rows[s][x] * rows[s][y] * rows[s][z];
+                for (int i = 0; i < count; i++) sum[i] += weight * t.noise[i];
             }
     for (int i = 0; i < count; i++) t.noise[i] = sum[i];
 }
-
 BRUME_INLINE void noiseTile(const NoiseFog& p, const Constants& k, int count, Tile& t) {
-    if (p.method == baked && k.volume) {
+    if (p.method == baked && !k.texels) {
         const int texels = k.edge / p.tile, edge = k.edge;
         const float scale = float(texels), *volume = k.volume;
         const int baseX = k.lattice.cellX * texels, baseY = k.lattice.cellY * texels,
@@ -140,10 +184,10 @@ BRUME_INLINE void noiseTile(const NoiseFog& p, const Constants& k, int count, Ti
         for (int i = 0; i < count; i++)
             t.noise[i] = volumeNoise(volume, edge, t.p[0][i] * scale, t.p[1][i] * scale, t.p[2][i] * scale,
                                      baseX, baseY, baseZ);
-    } else if (p.method == baked || p.smoothingRow() > 0) {
-        neighboursTile(p, k, count, t);
+    } else if (p.smoothingRow() > 0) {
+        smoothedTile(p, k, count, t);
     } else {
-        exactTile(p, k, count, t);
+        unsmoothedTile(p, k, count, t);
     }
 }
 

@@ -13,7 +13,8 @@ namespace brume::noise_fog {
 // What the CPU half makes of rays: their noise, and the fog of a noise.
 class RayFog {
   public:
-    RayFog(const NoiseFog& p, const PlanInput& in, const std::vector<Probe>& rays) : p_(p), rays_(rays) {
+    RayFog(const NoiseFog& p, const PlanInput& in, const std::vector<Probe>& rays, Texels& texels)
+        : p_(p), rays_(rays) {
         p_.method = procedural;
         const std::pair<const char*, std::vector<double> (*)(const NoiseFog&, const DeriveContext&)>
             constants[] = {{"noise_cell", noiseCell},
@@ -33,8 +34,10 @@ class RayFog {
         CpuContext context;
         context.derivedValues = &derived_;
         constants_ = constantsOf(p_, context);
-        // A baked volume costs more than a frame; of its texels only a few are looked up here.
-        constants_.volume = nullptr;
+        // A baked volume costs more than a frame; of its texels, a few are looked up here, most of them
+        // often.
+        constants_.edge = p_.edge();
+        constants_.texels = &texels;
     }
 
     BRUME_VECTORISE void noiseOf(int tile, int method, int steps, float* noise) const {
@@ -75,13 +78,49 @@ class RayFog {
     }
 };
 
+// Those of the rays whose fog shows the noise at all: near ones have none of it, and in far ones it is opaque
+// or has its mean.
+inline std::vector<Probe> showingNoise(const NoiseFog& p, const PlanInput& in, std::vector<Probe> rays,
+                                       Texels& texels) {
+    rays = Trial::filled(std::move(rays));
+    const RayFog fog(p, in, rays, texels);
+    std::vector<char> shows(rays.size());
+    cv::parallel_for_({0, int(rays.size()) / trialWidth}, [&](const cv::Range& tiles) {
+        for (int tile = tiles.start; tile < tiles.end; tile++) {
+            constexpr int levels = 5;
+            TrialOutcome outcomes[levels];
+            for (int level = 0; level < levels; level++) {
+                float noise[trialWidth];
+                for (int x = 0; x < trialWidth; x++) {
+                    const double distance = rays[size_t(tile) * trialWidth + x].distance;
+                    const double share =
+                        p.where == alongTheRay && distance > p.range ? p.range / distance : 1;
+                    noise[x] = float(.5 + share * (level / (levels - 1.) - .5));
+                }
+                fog.fogOf(tile, noise, outcomes[level]);
+            }
+            for (int x = 0; x < trialWidth; x++) {
+                const size_t k = size_t(tile) * trialWidth + x;
+                double difference = 0;
+                for (int level = 0; level + 1 < levels; level++)
+                    difference += differenceAt(in, rays[k], outcomes[level], outcomes[level + 1], x);
+                shows[k] = difference > in.tolerance / 8;
+            }
+        }
+    });
+    std::vector<Probe> kept;
+    for (size_t k = 0; k < rays.size(); k++)
+        if (shows[k]) kept.push_back(rays[k]);
+    return Trial::filled(kept);
+}
+
 // What steps along the ray and baked texels come to on rays of the frame.
 class RayTrial {
   public:
-    RayTrial(const NoiseFog& p, const PlanInput& in, std::vector<Probe> rays)
+    RayTrial(const NoiseFog& p, const PlanInput& in, std::vector<Probe> rays, Texels& texels)
         : p_(p),
-          rays_(Trial::filled(std::move(rays))),
-          fog_(p, in, rays_),
+          rays_(showingNoise(p, in, std::move(rays), texels)),
+          fog_(p, in, rays_, texels),
           noise_(rays_.size()),
           trial_(
               in, rays_,
@@ -119,6 +158,8 @@ class RayTrial {
         return *std::max_element(errors.begin(), errors.end());
     }
 
+    static constexpr double deviations = 5;
+
   private:
     static constexpr int truth = -1;
 
@@ -134,7 +175,6 @@ class RayTrial {
     // By how much a tile's noise may be off at worst: errors of the noise are chance, and few rays come to an
     // edge.
     double offOf(int tile, int method, int steps) const {
-        constexpr double deviations = 5;
         float noise[trialWidth];
         fog_.noiseOf(tile, method, steps, noise);
         double squares = 0;

@@ -16,10 +16,11 @@ constexpr uint32_t seed = 5;
 struct Row {
     NoiseFog p;
     std::vector<float> volume;
+    Texels computed;
     Constants k{};
     Tile t;
 
-    explicit Row(const NoiseFog& params) : p(params) {
+    explicit Row(const NoiseFog& params) : p(params), computed(p.edge()) {
         const std::vector<double> texels =
             bakeNoise(NoiseKind(p.noise), p.octaves, p.tile, p.edge(), p.smoothingRow(), seed);
         volume.assign(texels.begin(), texels.end());
@@ -29,6 +30,7 @@ struct Row {
     BRUME_VECTORISE void noise(int method, bool hasVolume, const float (*place)[trialWidth], float* result) {
         p.method = method;
         k.volume = hasVolume ? volume.data() : nullptr;
+        k.texels = hasVolume ? nullptr : &computed;
         for (int a = 0; a < 3; a++) std::copy(place[a], place[a] + trialWidth, t.p[a]);
         noiseTile(p, k, trialWidth, t);
         std::copy(t.noise, t.noise + trialWidth, result);
