@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "error.hpp"
+#include "frame/camera_limits.hpp"
 #include "strict_json.hpp"
 
 namespace brume {
@@ -33,12 +34,11 @@ std::optional<Camera> getCamera(const json& attributes, const std::string& path)
         if (value == attributes.end() || !value->is_number()) return std::nullopt;
         camera.*n.field = value->get<double>();
     }
-    if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy)))
-        failIo(path, ": its focal lengths brumeFx, brumeFy are ", camera.fx, ", ", camera.fy,
-               ", not above 0");
     const auto matrix = attributes.find("brumeWorldFromCamera");
     if (matrix == attributes.end() || !matrix->is_array() || matrix->size() != 16) return std::nullopt;
     for (int k = 0; k < 16; ++k) camera.worldFromCamera.val[k] = (*matrix)[k].get<double>();
+    if (const std::string problem = problemOf(camera); !problem.empty())
+        failIo(path, ": its camera (brumeFx, ...): ", problem);
     return camera;
 }
 
@@ -54,6 +54,7 @@ ExrStatements getStatements(const json& attributes, const std::string& path) {
     stated.camera = getCamera(attributes, path);
     if (const auto time = attributes.find("brumeTime"); time != attributes.end() && time->is_number())
         stated.time = time->get<double>();
+    if (stated.time && !std::isfinite(*stated.time)) failIo(path, ": its time (brumeTime) is ", *stated.time);
     const std::string encoding = textOf(attributes, "brumeDepthEncoding"),
                       sidecar = textOf(attributes, "brumeSidecar");
     try {

@@ -6,6 +6,7 @@
 
 #include "error.hpp"
 #include "file_status.hpp"
+#include "frame/camera_limits.hpp"
 #include "frame/image_file.hpp"
 #include "frame/key_values.hpp"
 #include "nearest_name.hpp"
@@ -65,8 +66,6 @@ Camera cameraFromJson(const json& c, cv::Size size, const std::string& where) {
     if (c.contains("fx")) camera.fx = camera.fy = number(c, "fx", where);
     if (c.contains("fy")) camera.fy = number(c, "fy", where);
     if (!c.contains("fx") && !c.contains("horizontal_view_degrees")) camera.fx = camera.fy;
-    if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy)))
-        failIo(where, ": the focal lengths ", camera.fx, ", ", camera.fy, " px are not above 0");
     const json centres = c.value("pixel_centres", json("half"));
     if (centres != "half" && centres != "whole")
         failIo(where, ": pixel_centres is ", shownJson(centres), ", not half or whole (numbers)");
@@ -74,6 +73,7 @@ Camera cameraFromJson(const json& c, cv::Size size, const std::string& where) {
     if (c.contains("cx")) camera.cx = number(c, "cx", where) + shift;
     if (c.contains("cy")) camera.cy = number(c, "cy", where) + shift;
     camera.worldFromCamera = pose(c, where);
+    if (const std::string problem = problemOf(camera); !problem.empty()) failIo(where, ": ", problem);
     return camera;
 }
 

@@ -1,7 +1,9 @@
 // Tables of what a hostile file or word may try: each is refused by one sentence, and nothing is written.
 #include <sys/stat.h>
 
+#include <cstring>
 #include <filesystem>
+#include <limits>
 
 #include "error.hpp"
 #include "program.hpp"
@@ -72,6 +74,11 @@ TEST_F(Nasty, Sidecars) {
          "holds a number that no double can hold"},
         {R"({"camera": {"horizontal_view_degrees": 0}})", "horizontal_view_degrees"},
         {R"({"camera": {"fx": -1}})", "camera"},
+        {R"({"camera": {"fx": 1e-300}})", "the focal lengths 1e-300, 1e-300 px are not within 1e-6 to 1e9"},
+        {R"({"camera": {"cy": -1e10}})", "the principal point"},
+        {R"({"camera": {"height": 1e30}})", "the pose holds 1e+30, not within 1e+15 m of the origin"},
+        {R"({"camera": {"world_from_camera": [1e4, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}})",
+         "the pose holds 10000, not within 1000"},
         {R"({"camera": {"world_from_camera": [0, 0, 0]}})", "must be 16 numbers"},
         {"{\"camera\": {\"height\": 6\0}}"s, "holds zero bytes"},
         {"{\"c\xff\": 1}", "ill-formed UTF-8"},
@@ -83,6 +90,32 @@ TEST_F(Nasty, Sidecars) {
     for (const Row& row : rows) {
         addText(text("n", k, ".json"), row.content);
         expectError(text("apply depth_fog n", k++, ".exr -o a.png"), 3, row.sentence);
+    }
+}
+
+// What an EXR of brume's own says may be any 64 bits.
+TEST_F(Nasty, StatementsOfAnExr) {
+    addFrame("plain.exr");
+    ASSERT_EQ(brume("apply depth_fog plain.exr -o stated.exr --with-depth --camera cx=3").status, 0);
+    const std::string bytes = bytesOf(path("stated.exr"));
+    const double nan = std::numeric_limits<double>::quiet_NaN(), huge = 1e300;
+    struct Case {
+        std::string attribute;
+        double value;
+        std::string sentence;
+    };
+    for (const Case& one : {Case{"brumeFx\0double\0"s, nan, "not above 0"},
+                            {"brumeFx\0double\0"s, huge, "not within 1e-6 to 1e9"},
+                            {"brumeCx\0double\0"s, nan, "the principal point nan"},
+                            {"brumeWorldFromCamera\0m44d\0"s, nan, "the pose holds nan"},
+                            {"brumeWorldFromCamera\0m44d\0"s, huge, "the pose holds 1e+300"},
+                            {"brumeTime\0double\0"s, nan, "its time (brumeTime) is nan"}}) {
+        std::string changed = bytes;
+        const size_t at = changed.find(one.attribute);
+        ASSERT_NE(at, std::string::npos) << one.attribute.c_str();
+        std::memcpy(changed.data() + at + one.attribute.size() + 4, &one.value, sizeof one.value);
+        addText("changed.exr", changed);
+        expectError("apply depth_fog changed.exr -o a.png", 3, one.sentence);
     }
 }
 
@@ -188,6 +221,8 @@ TEST_F(Nasty, Words) {
         {"--camera fx=0", "the focal lengths 0, 0 px are not above 0"},
         {"--camera horizontal_view_degrees=180", "horizontal_view_degrees is 180"},
         {"--camera pixel_centres=3", "pixel_centres is 3.0, not half or whole"},
+        {"--camera cx=1e300", "the principal point"},
+        {"--camera fx=nan", "fx is \"nan\", not a number"},
         {"--camera height=high", "height is \"high\", not a number"},
         {"--camera height", "height is not key=value"},
         {"--set depth_fog.visibility=nan", "'nan' is not a number"},
