@@ -246,13 +246,15 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
     };
     offer(fir, "fir", std::clamp(unseen.error(1), 1e-6, 1e-3), 1);
     offer(recursive, "recursive", 1e-3, 4);
-    // Decimated errs most where the kernel bends, by at most 1.13 times the ratio (measured, at a factor of
-    // 2), which depends on the tolerance itself.
-    auto peak = [](double tolerance) { return 1.13 * blur::besselRatio(tolerance); };
-    double unseenDecimated = 1e-3;
-    for (int n = 0; n < 4; n++)
-        unseenDecimated = std::clamp(.98 * unseen.error(peak(unseenDecimated)), 1e-6, 1e-3);
-    offer(decimated, "decimated", unseenDecimated, peak(unseenDecimated));
+    // The coarsest that does not show.
+    for (double tolerance = 1e-3; tolerance > 1e-5; tolerance /= 2) {
+        offer(decimated, "decimated", tolerance, 4);
+        if (choices.empty() || choices.back().method != decimated) break;
+        blur::Choice& choice = choices.back();
+        if (blur::besselFactor(radius, choice.tolerance) == 1) break;
+        choice.ridge = blur::besselRidge(radius, choice.tolerance);
+        if (!in.chooses("tolerance") || unseen.share(choice) <= 1) break;
+    }
     offer(hold, "hold", 1e-3, 4);
     offer(bilinear, "bilinear", 1e-3, 4);
     blur::choose(plan, in, unseen, choices);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ struct Choice {
     /// The largest value of the difference, in units of error over 2π·variance.
     double peak = 2;
     double cost = 0;  ///< frame copies
+    /// Where the difference is that of one axis, beside the kernel itself along the other: its largest value
+    /// at a distance in px, an even function that falls; else none.
+    std::function<double(double)> ridge = {};
 };
 
 /// The kernel that is wanted: along either axis the same, and symmetric.
@@ -37,10 +41,11 @@ struct Wanted {
 
 /// How large a kernel's error (L1) may be without showing. A difference of kernels adds up to 0, so of a
 /// place's surroundings only their range counts: error/2·(highest - lowest). Where a few small lights make
-/// the range, their sum times the difference's largest value is less. Both tile by tile.
+/// the range, their sum times the difference's largest value is less, or, where it is known, times what the
+/// difference is at each distance. All of it tile by tile.
 class Unseen {
   public:
-    Unseen(const brume::PlanInput& in, const Wanted& wanted) {
+    Unseen(const brume::PlanInput& in, const Wanted& wanted) : wanted_(wanted) {
         const auto& bounds = in.input;
         double positive = 0, negative = 0;  // parts of the kernel, along one axis
         for (double step = 1. / 64, x = step / 2; x < wanted.reach; x += step) {
@@ -54,29 +59,20 @@ class Unseen {
             return;
         }
         constexpr int tile = brume::ImageBounds::tile;
-        const double deviation =
+        const double deviation = deviation_ =
             wanted.deviation * in.frame.size.width / in.scene.size.width / tile;  // of the frame, in tiles
-        const int reach = int(std::ceil(wanted.reach * deviation));
+        const int reach = reach_ = int(std::ceil(wanted.reach * deviation));
         const cv::Size window(std::min(2 * reach + 1, 2 * bounds.lowest.cols + 1),
                               std::min(2 * reach + 1, 2 * bounds.lowest.rows + 1));
         const cv::Mat box = cv::Mat::ones(window, CV_8U);
-        cv::Mat lowest, highest, light = bounds.greatestMean.clone(), dark = bounds.leastMean.clone();
+        cv::Mat lowest, highest;
         cv::erode(bounds.lowest, lowest, box, {-1, -1}, 1, cv::BORDER_REPLICATE);
         cv::dilate(bounds.highest, highest, box, {-1, -1}, 1, cv::BORDER_REPLICATE);
-        // Replicated edges repeat a tile's last pixels, which may be its brightest, or darkest.
-        for (int row : {0, light.rows - 1}) {
-            bounds.highest.row(row).copyTo(light.row(row));
-            bounds.lowest.row(row).copyTo(dark.row(row));
-        }
-        for (int column : {0, light.cols - 1}) {
-            bounds.highest.col(column).copyTo(light.col(column));
-            bounds.lowest.col(column).copyTo(dark.col(column));
-        }
         cv::Mat sums, floor;
-        cv::boxFilter(light, sums, CV_32F, window, {-1, -1}, false, cv::BORDER_REPLICATE);
-        const double floorOfOne = leastOf(wanted, deviation, reach, dark, light, floor);
-        for (int j = 0; j < light.rows; j++)
-            for (int i = 0; i < light.cols; i++)
+        cv::boxFilter(bounds.greatestMean, sums, CV_32F, window, {-1, -1}, false, cv::BORDER_REPLICATE);
+        const double floorOfOne = leastOf(wanted, deviation, reach, bounds, floor);
+        for (int j = 1; j + 1 < sums.rows; j++)
+            for (int i = 1; i + 1 < sums.cols; i++)
                 for (int n = 0; n < 3; n++) {
                     const double low = lowest.at<cv::Vec3f>(j, i)[n], high = highest.at<cv::Vec3f>(j, i)[n];
                     // What is low everywhere stays, and of what is above it the kernel leaves at least this.
@@ -85,6 +81,7 @@ class Unseen {
                     const double sum = sums.at<cv::Vec3f>(j, i)[n] - low * window.area();
                     add(in.largestUnseen(least), high - low, sum / (2 * CV_PI * deviation * deviation));
                 }
+        lowest_ = lowest, light_ = bounds.greatestMean;
     }
 
     /// `peak` as in Choice.
@@ -94,17 +91,55 @@ class Unseen {
         return smallest / likelihood;
     }
 
+    /// How much of what does not show a choice takes: more than 1 may show.
+    double share(const Choice& choice) const {
+        if (!choice.ridge || lowest_.empty()) return choice.error / std::max(error(choice.peak), 1e-30);
+        // Of any pixel of a tile for any pixel of another, times the tile's pixels.
+        std::vector<float> ridge, kernel;
+        const double tile = wanted_.deviation / deviation_;
+        double ridges = 0, kernels = 0;
+        for (int d = -reach_; d <= reach_; d++) {
+            const double from = std::max(0, std::abs(d) - 1);
+            double most = 0;
+            for (int k = 0; k <= 64; k++) {
+                const double distance = (from + 2. * k / 64) / deviation_;
+                most = std::max(most, std::abs(wanted_.density(distance)) / deviation_);
+            }
+            kernel.push_back(float(most)), ridge.push_back(float(choice.ridge(from * tile) * tile));
+            kernels += kernel.back(), ridges += ridge.back();
+        }
+        cv::Mat sums, across;
+        cv::sepFilter2D(light_, sums, CV_32F, ridge, kernel, {-1, -1}, 0, cv::BORDER_REPLICATE);
+        cv::sepFilter2D(light_, across, CV_32F, kernel, ridge, {-1, -1}, 0, cv::BORDER_REPLICATE);
+        sums += across;
+        double share = 0;
+        for (int j = 1, k = 0; j + 1 < sums.rows; j++)
+            for (int i = 1; i + 1 < sums.cols; i++)
+                for (int n = 0; n < 3; n++, k++) {
+                    const double sum =
+                        sums.at<cv::Vec3f>(j, i)[n] - lowest_.at<cv::Vec3f>(j, i)[n] * 2 * ridges * kernels;
+                    share =
+                        std::max(share, std::min(choice.error / places_[k].byRange, sum / places_[k].unseen));
+                }
+        return share * likelihood;
+    }
+
   private:
     struct Place {
-        double byRange, bySum;
+        double unseen, byRange, bySum;
     };
-    std::vector<Place> places_;
+    std::vector<Place> places_;  // of tiles by rows, three channels each; or one for all
+    Wanted wanted_;
+    double deviation_ = 0;  // of the wanted kernel, in tiles
+    int reach_ = 0;         // tiles
+    cv::Mat light_, lowest_;
 
     // What the kernel makes of an image at least: of tiles' means, as much as any pixel of a tile may weigh
     // for any pixel of another. The means are above 0, and between `dark` and `light`. Returns what it is of
     // a constant 1.
-    static double leastOf(const Wanted& wanted, double deviation, int reach, const cv::Mat& dark,
-                          const cv::Mat& light, cv::Mat& floor) {
+    static double leastOf(const Wanted& wanted, double deviation, int reach, const brume::ImageBounds& bounds,
+                          cv::Mat& floor) {
+        const cv::Mat &dark = bounds.leastMean, &light = bounds.greatestMean;
         // Along one axis the density lies between sure - shade and bright - shade.
         std::vector<float> sure, bright, shade;
         for (int d = -reach; d <= reach; d++) {
@@ -132,7 +167,7 @@ class Unseen {
     }
 
     void add(double unseen, double range, double sum) {
-        places_.push_back({2 * unseen / std::max(range, 1e-30), unseen / std::max(sum, 1e-30)});
+        places_.push_back({unseen, 2 * unseen / std::max(range, 1e-30), unseen / std::max(sum, 1e-30)});
     }
 };
 
@@ -143,7 +178,7 @@ inline void choose(brume::Plan& plan, const brume::PlanInput& in, const Unseen& 
     const Choice *best = nullptr, *safest = nullptr;
     double bestShare = 0, safestShare = HUGE_VAL;
     for (const Choice& choice : choices) {
-        const double share = choice.error / std::max(unseen.error(choice.peak), 1e-30);
+        const double share = unseen.share(choice);
         if (!safest || share < safestShare) safest = &choice, safestShare = share;
         if (share <= 1 && (!best || choice.cost < best->cost)) best = &choice, bestShare = share;
     }

@@ -367,6 +367,31 @@ ReferencePixel reference(const LightDetect& p, const ReferenceContext& c, cv::Po
 }
 
 // Lights are bounded tile by tile, so that a blur of them need not fear one everywhere.
+// The last pixel of a smaller image is the mean of several: how bright it is at most, from the two tiles that
+// these may lie in.
+void widenRing(ImageBounds& bounds) {
+    const cv::Mat highest = bounds.highest.clone(), mean = bounds.greatestMean.clone();
+    const int rows = highest.rows, columns = highest.cols;
+    auto widen = [&](int j, int i) {
+        const bool isAbove = j == 0, isBelow = j == rows - 1, isLeft = i == 0, isRight = i == columns - 1;
+        float most = 0, sum = 0;
+        for (int y = j + isAbove - 2 * isBelow; y <= j + 2 * isAbove - isBelow; y++)
+            for (int x = i + isLeft - 2 * isRight; x <= i + 2 * isLeft - isRight; x++) {
+                const cv::Point place(std::clamp(x, 1, columns - 2), std::clamp(y, 1, rows - 2));
+                most = std::max(most, highest.at<cv::Vec3f>(place)[0]);
+                sum += mean.at<cv::Vec3f>(place)[0];
+            }
+        for (bool isBeyond : {isAbove || isBelow, isLeft || isRight})
+            if (isBeyond) sum *= ImageBounds::tile;
+        bounds.highest.at<cv::Vec3f>(j, i) = cv::Vec3f::all(most);
+        bounds.greatestMean.at<cv::Vec3f>(j, i) = cv::Vec3f::all(std::min(most, sum));
+    };
+    for (int j = 0; j < rows; j++)
+        for (int i : {0, columns - 1}) widen(j, i);
+    for (int i = 0; i < columns; i++)
+        for (int j : {0, rows - 1}) widen(j, i);
+}
+
 Plan plan(const LightDetect& p, const PlanInput& in) {
     Plan plan;
     const double colorful = std::max(1., double(p.saturation)), begin = p.threshold - p.knee;
@@ -392,6 +417,7 @@ Plan plan(const LightDetect& p, const PlanInput& in) {
                 plan.output.greatestMean.at<cv::Vec3f>(j, i) = cv::Vec3f::all(
                     float(in.input.low < 0 ? most : std::min(most, sum * colorful * p.intensity)));
             }
+        if (p.reduction > 1) widenRing(plan.output);
     }
     plan.predictedCost = p.reduction == 1 ? 2.2 : 1.7;
     // Where the knee rises; without one a pixel is a light or is not, and no bound holds.

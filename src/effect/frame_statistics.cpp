@@ -144,9 +144,10 @@ void measureTile(const FramePair& frame, const View& view, cv::Point at, FrameSt
             }
     }
     for (int n = 0; n < 3; n++) {
-        s.color.lowest.at<cv::Vec3f>(at)[n] = sums.low[n];
-        s.color.highest.at<cv::Vec3f>(at)[n] = sums.high[n];
-        s.color.leastMean.at<cv::Vec3f>(at)[n] = sums.sum[n] / float(columns * rows);
+        const cv::Point place = ImageBounds::placeOf(corner);
+        s.color.lowest.at<cv::Vec3f>(place)[n] = sums.low[n];
+        s.color.highest.at<cv::Vec3f>(place)[n] = sums.high[n];
+        s.color.leastMean.at<cv::Vec3f>(place)[n] = sums.sum[n] / float(columns * rows);
     }
     part.sky += size_t(sums.sky);
     auto take = [&](Extreme& extreme, float value, const float* values, float sign) {
@@ -164,6 +165,35 @@ void measureTile(const FramePair& frame, const View& view, cv::Point at, FrameSt
     const int hardest = int(std::find(p.hard, p.hard + tile * tile - 1, sums.hardest) - p.hard);
     s.hardest.at<cv::Vec4f>(at) = {p.color[0][hardest], p.color[1][hardest], p.color[2][hardest],
                                    p.distance[hardest] < 0 ? HUGE_VALF : p.distance[hardest]};
+}
+
+// What the edges repeat beyond them.
+void measureRing(const cv::Mat& color, ImageBounds& bounds) {
+    auto measure = [&](int row, int column) {
+        auto of = [](int place, int places, int length) {  // the pixels whose values are there
+            const int first = place == 0 ? 0 : place == places - 1 ? length - 1 : (place - 1) * tile;
+            const bool isBeyond = place == 0 || place == places - 1;
+            return cv::Range(first, isBeyond ? first + 1 : std::min(first + tile, length));
+        };
+        const cv::Mat part =
+            color(of(row, bounds.lowest.rows, color.rows), of(column, bounds.lowest.cols, color.cols));
+        auto &low = bounds.lowest.at<cv::Vec3f>(row, column),
+             &high = bounds.highest.at<cv::Vec3f>(row, column),
+             &mean = bounds.leastMean.at<cv::Vec3f>(row, column);
+        for (int n = 0; n < 3; n++) {
+            low[n] = HUGE_VALF, high[n] = -HUGE_VALF, mean[n] = 0;
+            for (int j = 0; j < part.rows; j++)
+                for (int i = 0; i < part.cols; i++) {
+                    const float x = bounded(part.at<cv::Vec4f>(j, i)[n]);
+                    low[n] = std::min(low[n], x), high[n] = std::max(high[n], x);
+                    mean[n] += x / float(part.total());
+                }
+        }
+    };
+    for (int row = 0; row < bounds.lowest.rows; row++)
+        for (int column : {0, bounds.lowest.cols - 1}) measure(row, column);
+    for (int column = 0; column < bounds.lowest.cols; column++)
+        for (int row : {0, bounds.lowest.rows - 1}) measure(row, column);
 }
 
 // Everywhere evenly: one pixel in each of 32 × 18 cells, by a sequence of low discrepancy.
@@ -207,7 +237,7 @@ FrameStatistics measureFrame(const FramePair& frame) {
     const auto view = View::of(frame.camera, s.size.width, s.size.height, stated.width, stated.height);
     const cv::Size tiles((s.size.width + tile - 1) / tile, (s.size.height + tile - 1) / tile);
     for (cv::Mat* image : {&s.color.lowest, &s.color.highest, &s.color.leastMean})
-        image->create(tiles, CV_32FC3);
+        image->create(tiles + cv::Size(2, 2), CV_32FC3);
     s.color.greatestMean = s.color.leastMean;  // it is known
 
     s.hardest.create(tiles, CV_32FC4);
@@ -216,6 +246,7 @@ FrameStatistics measureFrame(const FramePair& frame) {
         for (int j = range.start; j < range.end; j++)
             for (int i = 0; i < tiles.width; i++) measureTile(frame, view, {i, j}, s, parts[j]);
     });
+    measureRing(frame.color, s.color);
     Part all;
     for (const Part& part : parts) {
         for (auto extreme : {&Part::nearest, &Part::farthest, &Part::lowest, &Part::highest, &Part::brightest,

@@ -97,7 +97,7 @@ struct Known {
         std::vector<Probe> result = places;
         const ImageBounds bounds = of(image);
         for (Probe& probe : result) {
-            const cv::Point tile = probe.pixel / ImageBounds::tile;
+            const cv::Point tile = ImageBounds::placeOf(probe.pixel);
             for (int n = 0; n < 3; n++) {
                 probe.low[n] = bounds.lowest.empty() ? bounds.low : bounds.lowest.at<cv::Vec3f>(tile)[n];
                 probe.high[n] = bounds.lowest.empty() ? bounds.high : bounds.highest.at<cv::Vec3f>(tile)[n];
@@ -114,7 +114,7 @@ cv::Mat darkest(const cv::Mat& hardest, const ImageBounds& bounds) {
         for (int i = 0; i < result.cols; i++)
             for (int n = 0; n < 3; n++)
                 result.at<cv::Vec4f>(j, i)[n] =
-                    bounds.lowest.empty() ? float(bounds.low) : bounds.lowest.at<cv::Vec3f>(j, i)[n];
+                    bounds.lowest.empty() ? float(bounds.low) : bounds.lowest.at<cv::Vec3f>(j + 1, i + 1)[n];
     return result;
 }
 

@@ -20,8 +20,12 @@ struct ImageBounds {
     static constexpr int tile = 16;  ///< px of the frame along an edge
     double low = -HUGE_VAL, high = HUGE_VAL;
     /// CV_32FC3, one pixel a tile: least and greatest of each channel, and what its mean is at least and at
-    /// most; all empty: known as a whole only.
+    /// most; all empty: known as a whole only. In a ring of tiles around them: the same of what an edge
+    /// repeats beyond it, the last pixels of each row and column, and the corners'.
     cv::Mat lowest, highest, leastMean, greatestMean;
+
+    /// Where a pixel of the frame belongs in these.
+    static cv::Point placeOf(cv::Point pixel) { return pixel / tile + cv::Point(1, 1); }
 
     /// The bounds after every pixel was mixed with something between `from` and `to`.
     ImageBounds mixedWith(double from, double to) const;

@@ -229,7 +229,7 @@ TEST(PlanBounds, WhatLeavesAStepLiesWithinItsBounds) {
                     const double value = image.at<cv::Vec4f>(j, i)[n];
                     beyond = std::max({beyond, bounds.low - value, value - bounds.high});
                     if (!isTiled) continue;
-                    const cv::Point tile = cv::Point(i, j) / ImageBounds::tile;
+                    const cv::Point tile = ImageBounds::placeOf({i, j});
                     sums.at<cv::Vec3d>(tile)[n] += value;
                     beyondTile = std::max({beyondTile, double(bounds.lowest.at<cv::Vec3f>(tile)[n]) - value,
                                            value - double(bounds.highest.at<cv::Vec3f>(tile)[n])});
@@ -237,14 +237,28 @@ TEST(PlanBounds, WhatLeavesAStepLiesWithinItsBounds) {
         EXPECT_LE(beyond, slack) << set.effect << " " << set.number << " " << set.values;
         EXPECT_LE(beyondTile, slack) << set.effect << " " << set.number << " " << set.values;
         double beyondMean = 0;
-        for (int j = 0; j < sums.rows; j++)
-            for (int i = 0; i < sums.cols; i++)
+        for (int j = 1; j + 1 < sums.rows; j++)
+            for (int i = 1; i + 1 < sums.cols; i++)
                 for (int n = 0; n < 3; n++) {  // 80 × 48 are whole tiles
                     const double mean = sums.at<cv::Vec3d>(j, i)[n] / (ImageBounds::tile * ImageBounds::tile);
                     beyondMean = std::max({beyondMean, bounds.leastMean.at<cv::Vec3f>(j, i)[n] - mean,
                                            mean - bounds.greatestMean.at<cv::Vec3f>(j, i)[n]});
                 }
         EXPECT_LE(beyondMean, slack) << set.effect << " " << set.number << " " << set.values;
+        // What edges repeat, in the tiles around.
+        double beyondRing = 0;
+        cv::Mat repeated;
+        constexpr int tile = ImageBounds::tile;
+        if (isTiled) cv::copyMakeBorder(image, repeated, tile, tile, tile, tile, cv::BORDER_REPLICATE);
+        for (int j = 0; j < sums.rows; j++)
+            for (int i = 0; i < sums.cols; i++) {
+                if (j > 0 && j + 1 < sums.rows && i > 0 && i + 1 < sums.cols) continue;
+                const cv::Scalar mean = cv::mean(repeated(cv::Rect(i * tile, j * tile, tile, tile)));
+                for (int n = 0; n < 3; n++)
+                    beyondRing = std::max({beyondRing, bounds.leastMean.at<cv::Vec3f>(j, i)[n] - mean[n],
+                                           mean[n] - bounds.greatestMean.at<cv::Vec3f>(j, i)[n]});
+            }
+        EXPECT_LE(beyondRing, slack) << set.effect << " " << set.number << " " << set.values;
     }
     EXPECT_GE(bounded, 7 * int(effects.size()));
 }
