@@ -336,7 +336,7 @@ Plan plan(const FogBlur& p, const PlanInput& in) {
         unseen = std::min(
             unseen, blur::likelihood * blur::Unseen(in, {deviation, 5, blur::gaussianDensity}).error(4));
     const double ladderError = likely * (p.edges == keep ? .03 : .021),
-                 ladderCost = 10 + 2.6 * std::log2(std::max(1.f, p.radius)),
+                 ladderCost = 8 + 1.4 * std::log2(std::max(1.f, p.radius)),
                  gatherCost = 4 + .25 * across * across;
     const bool isLadder = in.chooses("method") ? ladderError <= unseen : p.method == ladderMethod;
     plan.chosen["method"] = isLadder ? ladderMethod : gatherMethod;
