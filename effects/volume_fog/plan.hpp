@@ -12,7 +12,8 @@
 
 namespace volume_fog {
 
-// Bounds: every volume met for as long as it can be, every lamp at its brightest.
+// Bounds: every volume met for as long as it can be, every lamp at its brightest. p2 spreads no light over
+// the sphere: it mixes sun, ambient and lamps as they are.
 struct Bounds {
     double depth = 0, light = 0;
 };
@@ -29,6 +30,13 @@ inline Bounds boundsOf(const Params& p, const brume::PlanInput& in) {
                         : p.phase == Rayleigh       ? 1.5
                                                     : 1;
     for (int k = 0; k < 3; k++) {
+        if (p.method == P2 && !in.chooses("method")) {
+            bounds.light =
+                std::max({bounds.light, double(p.sun_color[k]) * p.sun_intensity, double(p.ambient[k])});
+            for (const PointLight& l : p.point_lights)
+                bounds.light = std::max(bounds.light, double(l.color[k]));
+            continue;
+        }
         double light =
             double(p.ambient[k]) * p.ambient_intensity + .25 * peak * p.sun_color[k] * p.sun_intensity;
         for (const PointLight& l : p.point_lights)

@@ -263,6 +263,26 @@ TEST(PlanBounds, WhatLeavesAStepLiesWithinItsBounds) {
     EXPECT_GE(bounded, 7 * int(effects.size()));
 }
 
+// The report's sum takes its lights as they are, where the integral spreads them over the sphere: four times
+// as bright, and no random set had one brighter than the frame.
+TEST(PlanBounds, WhatLeavesLanmansSumLiesWithinItsBounds) {
+    const FramePair frame = ground({80, 48}, 120, .05);
+    const auto cpu = makeCpuRunner();
+    for (const std::string lights :
+         {R"("sun_color": [40, 40, 40], "sun_intensity": 2, "ambient_intensity": 0})",
+          R"("sun_intensity": 0, "ambient": [3, 3, 3], "ambient_intensity": 0.9})",
+          R"("sun_intensity": 0, "ambient_intensity": 0, "point_lights": [{"position": [0, 1.6, -5],
+             "color": [40, 40, 40], "intensity": 1, "range": 100, "attenuation": [1, 0, 0]}]})"}) {
+        const Chain chain = chainOf(R"({"effect": "volume_fog", "method": "p2", "density": 0.5, )" + lights);
+        const cv::Mat image = cpu->run(chain, frame, {}).images.at("color");
+        double high;
+        cv::minMaxLoc(image.reshape(1), nullptr, &high);
+        const double bound = decisionOf(chain, frame).plan.output.high;
+        EXPECT_LE(high, bound * 1.00001) << lights;
+        EXPECT_GT(high, .5 * bound) << "the case says nothing: " << lights;
+    }
+}
+
 // By how much a step may make an error larger: pixels a little brighter, through the knee.
 TEST(PlanBounds, AStepsGainIsAtLeastWhatItDoesToASmallChange) {
     cv::Mat image(16, 64, CV_32FC4);
