@@ -1,24 +1,14 @@
 // brume chart --papers: the papers' experiments on our frames.
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "chart.hpp"
 #include "error.hpp"
+#include "frame/pending_file.hpp"
 #include "measure/papers.hpp"
 #include "progress.hpp"
 
 namespace brume::host {
-namespace {
-
-void write(const std::string& path, const std::string& text) {
-    std::ofstream out(path, std::ios::binary);
-    out << text;
-    if (!out.flush()) failIo("'", path, "' cannot be written");
-}
-
-}  // namespace
-
 void chartPapers(const ChartArguments& a) {
     if (!a.effects.empty()) failUsage("--papers: takes no effect; its experiments name their own");
     const auto experiments = readPapers(shippedPapers(), EffectRegistry::standard());
@@ -35,8 +25,8 @@ void chartPapers(const ChartArguments& a) {
     });
     const std::string stem = (std::filesystem::path(a.output) / "papers").string();
     writePictures(results, a.output);
-    write(stem + ".csv", toCsv(results));
-    write(stem + ".html", papersPage(results, a.output));
+    writeWhole(stem + ".csv", toCsv(results));
+    writeWhole(stem + ".html", papersPage(results, a.output));
     std::cout << "The papers' experiments are in " << stem << ".html\n";
     if (failed) throw Error(ErrorKind::CheckFailed, text(failed, " of ", results.size(), " rows failed"));
 }

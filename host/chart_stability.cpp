@@ -1,10 +1,10 @@
 // brume chart --stability: error against stress, for each failure regime that effects' headers declare.
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "chart.hpp"
 #include "error.hpp"
+#include "frame/pending_file.hpp"
 #include "measure/chart_page.hpp"
 #include "measure/stability_plot.hpp"
 #include "progress.hpp"
@@ -17,12 +17,6 @@ namespace fs = std::filesystem;
 std::vector<Regime> regimesOfEffect(const Effect& effect) {
     if (!effect.plugin || !effect.plugin->hasReference()) return {};
     return regimesOf(effect.header, effect.plugin->hasPlan());
-}
-
-void write(const fs::path& path, const std::string& content) {
-    std::ofstream out(path, std::ios::binary);
-    out << content;
-    if (!out.flush()) failIo("'", path.string(), "' cannot be written");
 }
 
 }  // namespace
@@ -49,7 +43,7 @@ void chartStability(const ChartArguments& a) {
         }
         if (sweeps.empty()) continue;
         const fs::path stem = fs::path(a.output) / stabilityStem(effect->name());
-        write(stem.string() + ".csv", stabilityCsv(sweeps));
+        writeWhole(stem.string() + ".csv", stabilityCsv(sweeps));
         writePlots(stabilityPlot(effect->name(), sweeps), stem.string());
         writeChartPage(a.output);
         for (const StabilitySweep& sweep : sweeps)

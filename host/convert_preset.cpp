@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -12,6 +11,7 @@
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "frame/color_encoding.hpp"
+#include "frame/pending_file.hpp"
 #include "reshade_preset.hpp"
 
 namespace brume::host {
@@ -267,10 +267,7 @@ void addConvertPreset(CLI::App& program) {
         } else {
             if (std::error_code none; std::filesystem::equivalent(*path, *out, none))
                 failUsage("-o ", *out, ": would overwrite what it is made from");
-            std::ofstream file(*out, std::ios::binary);
-            file << converted.text;
-            file.close();
-            if (!file) failIo(*out, ": cannot be written");
+            writeWhole(*out, converted.text);
             for (const std::string& step : converted.steps) std::cout << step << "\n";
             if (!converted.note.empty()) std::cout << converted.note << "\n";
             for (const std::string& lost : converted.lost) std::cout << "not carried: " << lost << "\n";

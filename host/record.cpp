@@ -146,6 +146,12 @@ Making makingOf(const json& record, const std::string& path) {
         if (record.contains("settings"))
             for (const auto& [key, value] : record["settings"].items())
                 making.settings.emplace_back(key, value.get<std::string>());
+        const json &index = record["index"], &seed = record["seed"];
+        const double fps = making.framesPerSecond;
+        if (!index.is_number_unsigned() || making.index > 1u << 31 || !seed.is_number_unsigned() ||
+            seed.get<uint64_t>() != making.seed || !(fps >= 1e-6 && fps <= 1e6))
+            failIo("'", path,
+                   "': its record of how it was made is damaged: index, seed or fps is out of range");
         return making;
     } catch (const json::exception& e) {
         failIo("'", path, "': its record of how it was made is damaged: ", reasonOf(e));

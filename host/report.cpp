@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <cstdio>
-#include <fstream>
 
 #include "error.hpp"
 #include "frame/pending_file.hpp"
@@ -56,12 +55,7 @@ void Report::write(const std::string& path) const {
     report["summary"] = {
         {"made", made_},      {"up_to_date", upToDate_},   {"failed", failed_},
         {"seconds", seconds}, {"megapixels", megapixels_}, {"peak_bytes", usage.ru_maxrss * 1024}};
-    PendingFile pending(path);
-    std::ofstream out(pending.path(), std::ios::binary);
-    out << report.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
-    out.close();
-    if (!out) failIo("'", path, "': the report cannot be written");
-    pending.commit();
+    writeWhole(path, report.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace brume::host

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <unordered_map>
 
 #include "error.hpp"
 #include "frame/image_file.hpp"
@@ -45,7 +46,12 @@ void readDefinitions(const std::string& text, std::map<std::string, std::string>
 }
 
 std::vector<std::string> sorted(std::vector<std::string> on, const std::vector<std::string>& order) {
-    auto rank = [&](const std::string& name) { return std::find(order.begin(), order.end(), name); };
+    std::unordered_map<std::string, size_t> ranks;
+    for (const std::string& name : order) ranks.emplace(name, ranks.size());
+    const auto rank = [&](const std::string& name) {
+        const auto found = ranks.find(name);
+        return found == ranks.end() ? ranks.size() : found->second;
+    };
     std::stable_sort(on.begin(), on.end(),
                      [&](const std::string& a, const std::string& b) { return rank(a) < rank(b); });
     return on;

@@ -11,6 +11,7 @@
 #include "cpu/cpu_runner.hpp"
 #include "error.hpp"
 #include "frame/image_writers.hpp"
+#include "frame/pending_file.hpp"
 #include "frame/write.hpp"
 #include "gl/gl_runner.hpp"
 #include "preview/probe.hpp"
@@ -435,10 +436,12 @@ void App::saveImage(const std::string& path) {
 }
 
 void App::writeScreenshot(const std::string& path) {
+    PendingFile pending(path);
     if (std::filesystem::path(path).extension() == ".jpg")
-        writeThroughOpenImageIo(path, window.readPixels(), true, {});
+        writeThroughOpenImageIo(pending.path(), window.readPixels(), true, {});
     else
-        writePng(path, window.readPixels(), {});
+        writePng(pending.path(), window.readPixels(), {});
+    pending.commit();
 }
 
 void App::saveScreenshot(const std::string& path) {

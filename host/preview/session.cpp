@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "error.hpp"
 #include "file_status.hpp"
@@ -151,12 +150,7 @@ void Session::savePreset(const std::string& path) {
     const Chain readBack = parsePreset(written, path, registry_);
     if (writePreset(readBack) != written)
         throw Error(ErrorKind::CheckFailed, path + ": the preset would not be read back as it is");
-    PendingFile pending(path);
-    std::ofstream out(pending.path(), std::ios::binary);
-    out << written;
-    out.close();
-    if (!out) failIo(path, ": cannot be written");
-    pending.commit();
+    writeWhole(path, written);
     presetName_ = presetFile_ = path;
     savedText_ = written;
     watchFiles();

@@ -46,9 +46,7 @@ void Settings::save() const {
                                          {"sidebar", sidebar},    {"probe", probe},
                                          {"loop", loop},          {"tab", tab}};
     try {
-        PendingFile pending(path());
-        std::ofstream(pending.path()) << json.dump(2) << "\n";
-        pending.commit();
+        writeWhole(path(), json.dump(2) + "\n");
     } catch (const Error&) {
     }
 }

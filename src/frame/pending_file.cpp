@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 
 #include "error.hpp"
 
@@ -21,6 +22,8 @@ PendingFile::PendingFile(const std::string& target) : target_(target) {
     std::error_code error;
     if (!fs::is_directory(folder, error)) failIo(target, ": the folder ", folder.string(), " does not exist");
     if (fs::is_directory(path, error)) failIo(target, ": is a folder");
+    if (fs::exists(path, error) && !fs::is_regular_file(path, error))
+        failIo(target, ": is a device or a pipe, which a file would replace");
     path_ = (folder / ("." + path.stem().string() + "." + std::to_string(getpid()) + "-" +
                        std::to_string(counter++) + path.extension().string()))
                 .string();
@@ -42,6 +45,15 @@ void PendingFile::commit() {
     if (std::rename(path_.c_str(), target_.c_str()) != 0)
         failIo(target_, ": cannot be written: ", std::strerror(errno));
     committed_ = true;
+}
+
+void writeWhole(const std::string& target, const std::string& content) {
+    PendingFile pending(target);
+    std::ofstream out(pending.path(), std::ios::binary);
+    out << content;
+    out.close();
+    if (!out) failIo(target, ": cannot be written: ", std::strerror(errno));
+    pending.commit();
 }
 
 }  // namespace brume

@@ -5,8 +5,8 @@
 
 namespace brume {
 
-/// Write to path(), close, then commit(). Without commit nothing is left. Throws Error (Io) naming the
-/// target.
+/// Write to path(), close, then commit(). Without commit nothing is left. A link at the target's name is
+/// replaced, not followed; a device or pipe there is refused. Throws Error (Io) naming the target.
 class PendingFile {
   public:
     explicit PendingFile(const std::string& target);
@@ -23,5 +23,8 @@ class PendingFile {
     std::string target_, path_;
     bool committed_ = false;
 };
+
+/// Such a file of this content.
+void writeWhole(const std::string& target, const std::string& content);
 
 }  // namespace brume

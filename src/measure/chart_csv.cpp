@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "frame/pending_file.hpp"
 
 namespace brume {
 namespace {
@@ -168,11 +169,7 @@ std::vector<ChartRow> fromCsv(const std::string& csv, const std::string& where) 
     return rows;
 }
 
-void writeCsv(const std::vector<ChartRow>& rows, const std::string& path) {
-    std::ofstream out(path, std::ios::binary);
-    out << toCsv(rows);
-    if (!out.flush()) failIo("'", path, "' cannot be written");
-}
+void writeCsv(const std::vector<ChartRow>& rows, const std::string& path) { writeWhole(path, toCsv(rows)); }
 
 std::vector<ChartRow> readCsv(const std::string& path) {
     std::ifstream in(path, std::ios::binary);

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "frame/pending_file.hpp"
 #include "measure/chart_csv.hpp"
 #include "measure/chart_page.hpp"
 
@@ -227,10 +228,7 @@ void writeChartPage(const std::string& folder) {
     for (const auto& rows : effects) writeEffect(out, folder, rows);
     writeStability(out, folder);
     out << "</body></html>\n";
-    const fs::path path = fs::path(folder) / "index.html";
-    std::ofstream file(path, std::ios::binary);
-    file << out.str();
-    if (!file.flush()) failIo("'", path.string(), "' cannot be written");
+    writeWhole((fs::path(folder) / "index.html").string(), out.str());
 }
 
 }  // namespace brume

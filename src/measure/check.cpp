@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "effect/preset.hpp"
 #include "error.hpp"
+#include "frame/pending_file.hpp"
 #include "frame/write.hpp"
 #include "measure/check_mirror.hpp"
 #include "measure/check_pixels.hpp"
@@ -321,7 +321,7 @@ void writeArtefacts(const std::string& root, const Subject& subject, const Chain
             truth.at<cv::Vec4f>(trial.pixels[k]) = trial.truth[k].color;
         write("reference.exr", truth);
     }
-    std::ofstream(folder / "preset.json") << writePreset(chain);
+    writeWhole((folder / "preset.json").string(), writePreset(chain));
     trial.result.artefacts = folder.string();
 }
 

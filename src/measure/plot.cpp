@@ -11,9 +11,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 
 #include "error.hpp"
+#include "frame/pending_file.hpp"
 #include "measure/plot_script.hpp"
 
 namespace brume {
@@ -43,18 +45,21 @@ int runGnuplot(const std::string& script) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
-void draw(const std::string& script, const std::string& output) {
+/// `scriptFor` is given the name that the picture is drawn to.
+void draw(const std::string& output, const std::function<std::string(const std::string&)>& scriptFor) {
+    PendingFile picture(output);
     std::string file = (std::filesystem::temp_directory_path() / "brume-plot-XXXXXX").string();
     const int handle = mkstemp(file.data());
     if (handle < 0) failIo(file, ": cannot be written; set TMPDIR to a folder that can");
     ::close(handle);
-    std::ofstream(file) << script;
+    std::ofstream(file) << scriptFor(picture.path());
     const int status = runGnuplot(file);
     if (const char* keep = std::getenv("BRUME_KEEP_PLOTS"); !keep) std::filesystem::remove(file);
     if (status == 127) failIo("gnuplot cannot be started; install the package gnuplot-nox");
     std::error_code none;
-    if (status != 0 || std::filesystem::file_size(output, none) == 0 || none)
+    if (status != 0 || std::filesystem::file_size(picture.path(), none) == 0 || none)
         failIo("gnuplot could not draw '", output, "' (status ", status, ")");
+    picture.commit();
 }
 
 }  // namespace
@@ -63,12 +68,14 @@ void writePlots(const PlotPage& page, const std::string& path) {
     const auto [width, height] = plotSize(page);
     const std::string size = text(width, ",", height), twice = text(2 * width, ",", 2 * height);
     const std::string font = "noenhanced font 'DejaVu Sans,11' rounded";
-    draw(plotScript(page, "svg size " + size + " dynamic background rgb 'white' " + font, path + ".svg"),
-         path + ".svg");
+    draw(path + ".svg", [&](const std::string& to) {
+        return plotScript(page, "svg size " + size + " dynamic background rgb 'white' " + font, to);
+    });
     // Twice the pixels: sharp on any screen.
-    draw(plotScript(page, "pngcairo size " + twice + " fontscale 2 linewidth 2 pointscale 2 " + font,
-                    path + ".png"),
-         path + ".png");
+    draw(path + ".png", [&](const std::string& to) {
+        return plotScript(page, "pngcairo size " + twice + " fontscale 2 linewidth 2 pointscale 2 " + font,
+                          to);
+    });
 }
 
 void writeMap(const cv::Mat& values, double least, double most, const std::string& title,
@@ -76,8 +83,7 @@ void writeMap(const cv::Mat& values, double least, double most, const std::strin
     std::ostringstream out;
     const int height = int(double(width - 110) * values.rows / std::max(1, values.cols)) + 50;
     out << "set encoding utf8\nset terminal pngcairo size " << width << ',' << height
-        << " noenhanced font 'DejaVu Sans,10'\nset output " << plotQuoted(path) << "\nset title "
-        << plotQuoted(title)
+        << " noenhanced font 'DejaVu Sans,10'\nset title " << plotQuoted(title)
         << " offset 0,-.5\nunset key\nunset tics\nset border lc rgb '#888888'\nset lmargin at screen "
         << 10. / width << "\nset rmargin at screen " << 1 - 100. / width << "\nset tmargin at screen "
         << 1 - 32. / height << "\nset bmargin at screen "
@@ -99,7 +105,7 @@ void writeMap(const cv::Mat& values, double least, double most, const std::strin
         out << '\n';
     }
     out << "EOD\nplot $d matrix with image\n";
-    draw(out.str(), path);
+    draw(path, [&](const std::string& to) { return "set output " + plotQuoted(to) + "\n" + out.str(); });
 }
 
 std::vector<size_t> paretoFrontier(const std::vector<std::pair<double, double>>& points) {

@@ -135,7 +135,7 @@ TEST_F(ConvertPreset, MistakesAreNamed) {
     expectError("convert-preset bad.ini", 2, "linear_start");
     addText("fog.ini", "Techniques=SpiritFog\n");
     expectError("convert-preset fog.ini -o fog.ini", 2, "would overwrite");
-    expectError("convert-preset fog.ini -o none/fog.json", 3, "cannot be written");
+    expectError("convert-preset fog.ini -o none/fog.json", 3, "the folder none does not exist");
 }
 
 }  // namespace

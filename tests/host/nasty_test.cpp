@@ -145,6 +145,61 @@ TEST_F(Nasty, Presets) {
     expectError("convert-preset /dev/zero -o x.json", 3, "/dev/zero: is not a regular file");
 }
 
+TEST_F(Nasty, ReshadePresets) {
+    const std::string head = "Techniques=SpiritFog@SpiritFog.fx\n[SpiritFog.fx]\n";
+    expectRefused("convert-preset NAME -o x.json", 3, ".ini",
+                  {{head + "FogStart=0\0\n"s, "holds zero bytes"},
+                   {head + repeated("FogStart=0.1\n", 1000000), "holds more than 4 MiB of text"},
+                   {"", "is empty"}});
+    std::string on, order;  // sorting them takes no square of their number
+    for (int k = 0; k < 60000; ++k) on += text("T", k, ","), order += text("T", 60000 - k, ",");
+    expectRefused("convert-preset NAME -o x.json", 2, ".ini",
+                  {{head + "FogStart=1e999\n", "n0.ini:3: FogStart=1e999 is not a number"},
+                   {head + "FogColor=1e30,-1e30,nan\n", "is not 3 numbers"},
+                   {head + "FogCurve=1e300\n", "the value must be a finite number"},
+                   {"Techniques=" + repeated("SpiritFog,", 257) + "\n", "257 effects; at most 256"},
+                   {"Techniques=\xff\x1b[2J@\xff.fx\n", "no technique that is on makes something"},
+                   {"Techniques=" + on + "\nTechniqueSorting=" + order + "\n", "no technique that is on"},
+                   {"[[[\n=\n==\n]]]", "no line 'Techniques='"}});
+    addText("x.ini", head + "Name=caf\xe9\nFogStart=0.1\nFogStart=0.7\n");  // no UTF-8, and a key twice
+    const Ran ran = brume("convert-preset x.ini -o x.json");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_NE(bytesOf(path("x.json")).find("\"linear_start\":0.7"), std::string::npos);
+    addFrame("a.exr");
+    EXPECT_EQ(brume("apply x.json a.exr -o a.png").status, 0);
+}
+
+// An EXR's record has no checksum: any letter of it may be another's.
+TEST_F(Nasty, Records) {
+    addFrame("abcde.exr");
+    ASSERT_EQ(brume("apply depth_fog abcde.exr -o made.exr --seed 1234567890").status, 0);
+    const std::string bytes = bytesOf(path("made.exr"));
+    struct Change {
+        std::string from, to;
+        int status;
+        std::string sentence;
+    };
+    for (const Change& change :
+         {Change{"\"fps\":24.0", "\"fps\":-4.0", 3, "index, seed or fps is out of range"},
+          {"\"fps\":24.0", "\"fps\":0e00", 3, "index, seed or fps is out of range"},
+          {"1234567890", "9999999999", 3, "index, seed or fps is out of range"},
+          {"1234567890", "-123456789", 3, "index, seed or fps is out of range"},
+          {"\"with_depth\":false", "\"with_depth\":12345", 3, "type must be boolean"},
+          {"\"backend\":\"cpu\"", "\"backend\":\"../\"", 2, "no backend '../'"},
+          {"\"effect\":\"depth_fog\"", "\"effect\":\"./pth_fog\"", 2, "is a path"},
+          {"\"input\":\"abcde.exr\"", "\"input\":\"/dev/zero\"", 3, "not a regular file"},
+          {"{\"version\"", "[\"version\"", 3, "does not say how it was made"}}) {
+        ASSERT_EQ(change.from.size(), change.to.size());
+        std::string changed = bytes;
+        const size_t at = changed.find(change.from);
+        ASSERT_NE(at, std::string::npos) << change.from;
+        addText("changed.exr", changed.replace(at, change.to.size(), change.to));
+        expectError("apply --like changed.exr -o a.png", change.status, change.sentence);
+    }
+    addText("changed.exr", bytes);
+    EXPECT_EQ(brume("apply --like changed.exr -o a.png").status, 0);
+}
+
 TEST_F(Nasty, EffectFiles) {
     addFrame("a.exr", {8, 6});
     const auto file = [](const std::string& inputs, const std::string& more,

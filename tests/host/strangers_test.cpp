@@ -119,6 +119,34 @@ TEST_F(Strangers, noFileOfARunFollowsALink) {
         EXPECT_FALSE(file.is_symlink()) << file.path();
 }
 
+TEST_F(Strangers, noOutputOfOtherCommandsFollowsALink) {
+    addFrame("a.exr", {64, 48});
+    addEffect("own.fs", "", charted("fast", R"(, "REFERENCE": {"amount": 1})"));
+    addText("p.ini", "Techniques=SpiritFog@SpiritFog.fx\n");
+    addText("precious", "keep me");
+    const std::vector<std::pair<std::string, std::vector<std::string>>> commands = {
+        {"chart own.fs -o charts --size 64x48 --backend osmesa --seconds .01",
+         {"charts/own.csv", "charts/own.svg", "charts/own.png", "charts/index.html"}},
+        {"chart --stability debug_depth -o charts --backend cpu",
+         {"charts/stability.debug_depth.csv", "charts/stability.debug_depth.svg"}},
+        {"convert-preset p.ini -o p.json", {"p.json"}},
+        {"convert a.exr -o b.exr", {"b.exr"}},
+        {"inspect a.exr --picture c.png", {"c.png"}}};
+    fs::create_directories(path("charts"));
+    for (const auto& [command, outputs] : commands) {
+        for (const std::string& name : outputs) fs::create_symlink(path("precious"), path(name));
+        const Ran ran = brume(command);
+        EXPECT_EQ(ran.status, 0) << ran.err;
+        EXPECT_EQ(bytesOf(path("precious")), "keep me") << command;
+        for (const std::string& name : outputs) EXPECT_FALSE(fs::is_symlink(path(name))) << name;
+    }
+    ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);  // nor does an output take a device's or pipe's place
+    expectError("convert-preset p.ini -o fifo", 3, "fifo: is a device or a pipe");
+    EXPECT_THAT(brume("apply depth_fog a.exr -o d.png --report fifo").err,
+                HasSubstr("fifo: is a device or a pipe"));
+    EXPECT_TRUE(fs::is_fifo(path("fifo")));
+}
+
 TEST_F(Strangers, namesInSidecarsAreImagesThatEnd) {
     addFrame("a.exr");
     ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);

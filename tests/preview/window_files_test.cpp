@@ -125,6 +125,12 @@ TEST_F(PreviewWindow, AScreenshotThatCannotBeMadeEndsWithASentence) {
     EXPECT_THAT(refusal("frame.exr depth_fgo --screenshot shot.png", 2),
                 HasSubstr("did you mean 'depth_fog'?"));
     EXPECT_FALSE(std::filesystem::exists(path("shot.png")));
+    // One that can be made takes the place of a link of its name, not of what that leads to.
+    addText("precious", "keep me");
+    std::filesystem::create_symlink("precious", path("shot.png"));
+    EXPECT_EQ(refusal("frame.exr depth_fog --screenshot shot.png", 0), "");
+    EXPECT_EQ(bytesOf(path("precious")), "keep me");
+    EXPECT_FALSE(std::filesystem::is_symlink(path("shot.png")));
 }
 
 }  // namespace

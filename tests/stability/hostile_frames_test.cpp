@@ -1,5 +1,5 @@
-// Frames that nobody takes on purpose: cameras at the limits of what readers let through, depths of every size,
-// single rows. Every effect that is found runs on them at every choice; sanitizers watch.
+// Frames that nobody takes on purpose: cameras at the limits of what readers let through, depths of every
+// size, single rows. Every effect that is found runs on them at every choice; sanitizers watch.
 #include <gtest/gtest.h>
 
 #include <cmath>
