@@ -54,32 +54,44 @@ float perlinNoise(vec3 p, NoiseLattice lattice) {
     return (nxy.x + w.z * (nxy.y - nxy.x)) * 0.9649214;
 }
 
-// 4.1 what one lattice point adds: slope·(1/2 - r²)⁴
-float simplexPoint(vec3 d, uint hash) {
-    float t = max(0.5 - (d.x * d.x + d.y * d.y + d.z * d.z), 0.0);
+// 4.1 what a lattice point's slope is multiplied by: (1/2 - r²)⁴ within its reach
+float simplexReach(float t) {
+    t = max(t, 0.0);
     t = t * t;
-    return t * t * latticeSlope(hash, d);
+    return t * t;
 }
 
-// 4.2 one cubic half of the lattice, seen from its nearest point `cell` at the difference d: that point, and the next
-// along the axis of the largest difference; every other point of this half is farther than sqrt(1/2)
-float simplexHalf(vec3 d, ivec3 cell, uint mask, uint seed) {
-    vec3 a = abs(d);
-    ivec3 next = a.x >= a.y && a.x >= a.z ? ivec3(d.x < 0.0 ? -1 : 1, 0, 0)
-               : a.y >= a.z               ? ivec3(0, d.y < 0.0 ? -1 : 1, 0)
-                                          : ivec3(0, 0, d.z < 0.0 ? -1 : 1);
-    return simplexPoint(d, latticeHash(uvec3(cell) & mask, seed))
-         + simplexPoint(d - vec3(next), latticeHash(uvec3(cell + next) & mask, seed));
+float simplexSlope(ivec3 cell, uint mask, uint seed, vec3 d) {
+    return latticeSlope(latticeHash(uvec3(cell) & mask, seed), d);
 }
 
-// 4. simplex noise: the whole points and the half points, scaled by 1/.01300716 to -1..1
+// 4. simplex noise: the whole points and the half points, scaled by 1/.01300716 to -1..1. Four points are within reach:
+// the nearest corner, the corner across the axis along which the place is nearest to the cell's middle, the cell's
+// centre, and the next one along the axis of the largest distance from it. With u = |f - 1/2| along each axis, their
+// 1/2 - r² are s + Σu - 3/4, that - 2·min u, s = 1/2 - Σu², s + 2·max u - 1. (Where the choice of an axis is open, what
+// is chosen adds nothing.)
 float simplexNoise(vec3 p, NoiseLattice lattice) {
     vec3 below = floor(p);
-    vec3 f = p - below;
+    vec3 d = (p - below) - 0.5;
     ivec3 cell = ivec3(below) + lattice.cell;
-    ivec3 up = ivec3(greaterThanEqual(f, vec3(0.5)));
-    float whole = simplexHalf(f - vec3(up), cell + up, lattice.mask, lattice.seed);
-    float half_ = simplexHalf(f - 0.5, cell, lattice.mask, lattice.seed ^ 0x68e31da4u);
+    vec3 u = abs(d);
+    float least = min(min(u.x, u.y), u.z), most = max(max(u.x, u.y), u.z);
+    float s = 0.5 - (u.x * u.x + u.y * u.y + u.z * u.z);
+    float c = s + ((u.x + u.y + u.z) - 0.75);
+    // 4.2 the axes chosen, and towards which side the place is
+    ivec3 side = ivec3(d.x < 0.0 ? -1 : 1, d.y < 0.0 ? -1 : 1, d.z < 0.0 ? -1 : 1);
+    ivec3 across = u.x <= least ? ivec3(side.x, 0, 0) : u.y <= least ? ivec3(0, side.y, 0) : ivec3(0, 0, side.z);
+    ivec3 beyond = u.x >= most ? ivec3(side.x, 0, 0) : u.y >= most ? ivec3(0, side.y, 0) : ivec3(0, 0, side.z);
+    // 4.3 their slopes
+    ivec3 corner = cell + (side + 1) / 2;
+    vec3 fromCorner = d - 0.5 * vec3(side);
+    uint halfSeed = lattice.seed ^ 0x68e31da4u;
+    float whole = simplexReach(c) * simplexSlope(corner, lattice.mask, lattice.seed, fromCorner)
+                + simplexReach(c - (least + least))
+                    * simplexSlope(corner - across, lattice.mask, lattice.seed, fromCorner + vec3(across));
+    float half_ = simplexReach(s) * simplexSlope(cell, lattice.mask, halfSeed, d)
+                + simplexReach(s + ((most + most) - 1.0))
+                    * simplexSlope(cell + beyond, lattice.mask, halfSeed, d - vec3(beyond));
     return (whole + half_) * 76.88073;
 }
 

@@ -108,50 +108,68 @@ template <class Real>
     return (n0 + wz * (n1 - n0)) * Real(0.9649214);
 }
 
-// 4.1 what one lattice point adds: (1/2 - r²)⁴ times the slope
+// 4.1 Of all lattice points, four are within sqrt(1/2) of a place in a cell: the nearest corner, the corner
+// next to it across the axis along which the place is nearest to the middle, the cell's centre, and the next
+// centre along the axis of the largest distance from the middle. With u = |f - 1/2| along each axis, their
+// 1/2 - r² are
+//   s + Σu - 3/4,  that - 2·min u,  s = 1/2 - Σu²,  s + 2·max u - 1
+// and each point adds the fourth power of that, where it is positive, times its slope. (Where the choice of
+// an axis is open, what is chosen adds nothing.)
 template <class Real>
-[[gnu::always_inline]] inline Real simplexReach(Real dx, Real dy, Real dz) {
-    Real t = Real(0.5) - (dx * dx + dy * dy + dz * dz);
-    t = t > Real(0) ? t : Real(0);
-    t = t * t;
-    return t * t;
-}
-template <class Real>
-[[gnu::always_inline]] inline Real simplexPoint(Real dx, Real dy, Real dz, uint32_t hash) {
-    return simplexReach(dx, dy, dz) * latticeSlope(hash, dx, dy, dz);
-}
+struct SimplexReach {
+    Real least, most;                     ///< of u
+    Real corner, across, centre, beyond;  ///< fourth powers
 
-// 4.2 one cubic half of the lattice, seen from its nearest point `cell` at the difference (dx, dy, dz): that
-// point, and the next along the axis of the largest difference; every other point of this half is farther
-// than sqrt(1/2)
-template <class Real>
-[[gnu::always_inline]] inline Real simplexHalf(Real dx, Real dy, Real dz, int32_t cellX, int32_t cellY,
-                                               int32_t cellZ, uint32_t mask, uint32_t seed) {
-    const Real ax = std::abs(dx), ay = std::abs(dy), az = std::abs(dz);
-    const int32_t alongX = int32_t(ax >= ay) & int32_t(ax >= az);
-    const int32_t alongY = int32_t(ay >= az) & (1 - alongX);
-    const int32_t stepX = alongX * (1 - 2 * int32_t(dx < Real(0)));
-    const int32_t stepY = alongY * (1 - 2 * int32_t(dy < Real(0)));
-    const int32_t stepZ = (1 - alongX - alongY) * (1 - 2 * int32_t(dz < Real(0)));
-    const uint32_t hash0 =
-        latticeHash(uint32_t(cellX) & mask, uint32_t(cellY) & mask, uint32_t(cellZ) & mask, seed);
-    const uint32_t hash1 = latticeHash(uint32_t(cellX + stepX) & mask, uint32_t(cellY + stepY) & mask,
-                                       uint32_t(cellZ + stepZ) & mask, seed);
-    return simplexPoint(dx, dy, dz, hash0) +
-           simplexPoint(dx - Real(stepX), dy - Real(stepY), dz - Real(stepZ), hash1);
-}
+    [[gnu::always_inline]] SimplexReach(Real ux, Real uy, Real uz) {
+        const Real lower = ux < uy ? ux : uy, upper = ux < uy ? uy : ux;
+        least = lower < uz ? lower : uz;
+        most = upper > uz ? upper : uz;
+        const Real s = Real(0.5) - (ux * ux + uy * uy + uz * uz);
+        const Real c = s + ((ux + uy + uz) - Real(0.75));
+        corner = fourth(c);
+        across = fourth(c - (least + least));
+        centre = fourth(s);
+        beyond = fourth(s + ((most + most) - Real(1)));
+    }
+    [[gnu::always_inline]] static Real fourth(Real t) {
+        t = t > Real(0) ? t : Real(0);
+        t = t * t;
+        return t * t;
+    }
+};
 
 // 4. simplex noise at f in 0..1 of a cell: the whole points and the half points, scaled by 1/.01300716 to
 // -1..1
 template <class Real>
 [[gnu::always_inline]] inline Real simplexInCell(Real fx, Real fy, Real fz, int32_t cellX, int32_t cellY,
                                                  int32_t cellZ, const NoiseLattice& lattice) {
-    const int32_t upX = int32_t(fx >= Real(0.5)), upY = int32_t(fy >= Real(0.5)),
-                  upZ = int32_t(fz >= Real(0.5));
-    const Real whole = simplexHalf(fx - Real(upX), fy - Real(upY), fz - Real(upZ), cellX + upX, cellY + upY,
-                                   cellZ + upZ, lattice.mask, lattice.seed);
-    const Real half = simplexHalf(fx - Real(0.5), fy - Real(0.5), fz - Real(0.5), cellX, cellY, cellZ,
-                                  lattice.mask, lattice.seed ^ 0x68e31da4u);
+    const Real dx = fx - Real(0.5), dy = fy - Real(0.5), dz = fz - Real(0.5);
+    const Real ux = std::abs(dx), uy = std::abs(dy), uz = std::abs(dz);
+    const SimplexReach<Real> reach(ux, uy, uz);
+    // 4.2 the axes chosen, and towards which side the place is
+    const int32_t acrossX = int32_t(ux <= reach.least), acrossY = int32_t(uy <= reach.least) & (1 - acrossX),
+                  acrossZ = 1 - acrossX - acrossY;
+    const int32_t beyondX = int32_t(ux >= reach.most), beyondY = int32_t(uy >= reach.most) & (1 - beyondX),
+                  beyondZ = 1 - beyondX - beyondY;
+    const int32_t upX = int32_t(dx >= Real(0)), upY = int32_t(dy >= Real(0)), upZ = int32_t(dz >= Real(0));
+    const int32_t sideX = 2 * upX - 1, sideY = 2 * upY - 1, sideZ = 2 * upZ - 1;
+    // 4.3 their slopes
+    auto slope = [&](int32_t x, int32_t y, int32_t z, uint32_t seed, Real px, Real py, Real pz) {
+        const uint32_t hash =
+            latticeHash(uint32_t(cellX + x) & lattice.mask, uint32_t(cellY + y) & lattice.mask,
+                        uint32_t(cellZ + z) & lattice.mask, seed);
+        return latticeSlope(hash, px, py, pz);
+    };
+    const Real cx = dx - Real(0.5) * Real(sideX), cy = dy - Real(0.5) * Real(sideY),
+               cz = dz - Real(0.5) * Real(sideZ);
+    const int32_t ax = acrossX * sideX, ay = acrossY * sideY, az = acrossZ * sideZ;
+    const int32_t bx = beyondX * sideX, by = beyondY * sideY, bz = beyondZ * sideZ;
+    const uint32_t seed = lattice.seed, halfSeed = lattice.seed ^ 0x68e31da4u;
+    const Real whole =
+        reach.corner * slope(upX, upY, upZ, seed, cx, cy, cz) +
+        reach.across * slope(upX - ax, upY - ay, upZ - az, seed, cx + Real(ax), cy + Real(ay), cz + Real(az));
+    const Real half = reach.centre * slope(0, 0, 0, halfSeed, dx, dy, dz) +
+                      reach.beyond * slope(bx, by, bz, halfSeed, dx - Real(bx), dy - Real(by), dz - Real(bz));
     return (whole + half) * Real(76.88073);
 }
 template <class Real>
@@ -161,15 +179,15 @@ template <class Real>
                          int32_t(floorY) + lattice.cellY, int32_t(floorZ) + lattice.cellZ, lattice);
 }
 
-// 4.3 The gradients of the fifteen lattice points that simplex noise meets within a cell: where many places
+// 4.4 The gradients of the fifteen lattice points that simplex noise meets within a cell: where many places
 // lie in one cell, hashing is done once. Twice a gradient's component, 2, 0 or -2, is two bits at a float's
 // top, so a word holds that component for a point at every fourth bit, and a shift brings out one.
 struct SimplexGradients {
     uint32_t x = 0, y = 0, z = 0;
 
-    void set(int point, uint32_t hash) {
+    void set(int shift, uint32_t hash) {
         auto topBits = [&](float x, float y, float z) {
-            return std::bit_cast<uint32_t>(2.0f * latticeSlope(hash, x, y, z) + 0.0f) >> 4 * point;
+            return std::bit_cast<uint32_t>(2.0f * latticeSlope(hash, x, y, z) + 0.0f) >> shift;
         };
         x |= topBits(1, 0, 0), y |= topBits(0, 1, 0), z |= topBits(0, 0, 1);
     }
@@ -180,8 +198,8 @@ struct SimplexGradients {
 };
 
 struct SimplexCell {
-    SimplexGradients corners;   // at x + 2y + 4z
-    SimplexGradients next;      // of the centres towards +x, -x, +y, -y, +z, -z
+    SimplexGradients corners;   // a shift of 4 where the place is below the middle in x, 8 in y, 16 in z
+    SimplexGradients next;      // of the centres beyond: in x 0 or, below, 4; in y 8 or 16; in z 12 or 28
     float x = 0, y = 0, z = 0;  // twice the own centre's
 };
 
@@ -192,10 +210,13 @@ inline SimplexCell simplexCell(int32_t cellX, int32_t cellY, int32_t cellZ, cons
     };
     const uint32_t halfSeed = lattice.seed ^ 0x68e31da4u;
     SimplexCell cell;
-    for (int i = 0; i < 8; i++) cell.corners.set(i, hash(i & 1, i >> 1 & 1, i >> 2, lattice.seed));
-    for (int i = 0; i < 6; i++) {
-        const int32_t step = 1 - 2 * (i & 1), axis = i / 2;
-        cell.next.set(i, hash(axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0, halfSeed));
+    for (int i = 0; i < 8; i++)
+        cell.corners.set(4 * i, hash(1 - (i & 1), 1 - (i >> 1 & 1), 1 - (i >> 2), lattice.seed));
+    for (int below = 0; below < 2; below++) {
+        const int32_t side = 1 - 2 * below;
+        cell.next.set(4 * below, hash(side, 0, 0, halfSeed));
+        cell.next.set(8 + 8 * below, hash(0, side, 0, halfSeed));
+        cell.next.set(12 + 16 * below, hash(0, 0, side, halfSeed));
     }
     const uint32_t centre = hash(0, 0, 0, halfSeed);
     cell.x = 2.0f * latticeSlope(centre, 1.0f, 0.0f, 0.0f);
@@ -204,43 +225,30 @@ inline SimplexCell simplexCell(int32_t cellX, int32_t cellY, int32_t cellZ, cons
     return cell;
 }
 
-// 4.4 the same in a cell whose gradients are known. Choices are made by masks, all ones or none: a ^ ((a ^ b)
-// & mask) is b where the mask is. The largest difference is chosen by its square: where two differ by
-// rounding alone the point not chosen is sqrt(1/2) away, and adds nothing.
+// 4.5 the same in a cell whose gradients are known
 [[gnu::always_inline]] inline float simplexInCell(float fx, float fy, float fz, const SimplexCell& cell) {
-    auto mask = [](bool isSet) { return uint32_t(-int32_t(isSet)); };
     auto bits = [](float x) { return std::bit_cast<uint32_t>(x); };
-    auto real = [](uint32_t x) { return std::bit_cast<float>(x); };
-    // the nearest corner, and the one across the axis along which that is farthest
-    const uint32_t upX = mask(fx >= 0.5f), upY = mask(fy >= 0.5f), upZ = mask(fz >= 0.5f);
-    const uint32_t eitherX = bits(fx) ^ bits(fx - 1.0f), eitherY = bits(fy) ^ bits(fy - 1.0f),
-                   eitherZ = bits(fz) ^ bits(fz - 1.0f);
-    const uint32_t nearX = bits(fx) ^ (eitherX & upX), nearY = bits(fy) ^ (eitherY & upY),
-                   nearZ = bits(fz) ^ (eitherZ & upZ);
-    const float ax = real(nearX) * real(nearX), ay = real(nearY) * real(nearY),
-                az = real(nearZ) * real(nearZ);
-    const uint32_t alongX = mask(ax >= ay) & mask(ax >= az), alongY = mask(ay >= az) & ~alongX,
-                   alongZ = ~(alongX | alongY);
-    const uint32_t corner = (upX & 4u) | (upY & 8u) | (upZ & 16u);
-    const uint32_t other = corner ^ ((alongX & 4u) | (alongY & 8u) | (alongZ & 16u));
-    auto point = [&](const SimplexGradients& gradients, uint32_t shift, float x, float y, float z) {
-        return simplexReach(x, y, z) * gradients.slope(shift, x, y, z);
-    };
-    const float whole = point(cell.corners, corner, real(nearX), real(nearY), real(nearZ)) +
-                        point(cell.corners, other, real(nearX ^ (eitherX & alongX)),
-                              real(nearY ^ (eitherY & alongY)), real(nearZ ^ (eitherZ & alongZ)));
-    // the centre, and the next one towards the largest difference
     const float dx = fx - 0.5f, dy = fy - 0.5f, dz = fz - 0.5f;
-    const float bx = dx * dx, by = dy * dy, bz = dz * dz;
-    const uint32_t outX = mask(bx >= by) & mask(bx >= bz), outY = mask(by >= bz) & ~outX,
-                   outZ = ~(outX | outY);
-    const uint32_t sign = 0x80000000u, one = 0x3f800000u;
-    const uint32_t largest = (bits(dx) & outX) | (bits(dy) & outY) | (bits(dz) & outZ);
-    const uint32_t step = (largest & sign) | one;
-    const uint32_t next = (outY & 8u) | (outZ & 16u) | (largest >> 31 << 2);
-    const float half =
-        simplexReach(dx, dy, dz) * (cell.x * dx + cell.y * dy + cell.z * dz) +
-        point(cell.next, next, dx - real(step & outX), dy - real(step & outY), dz - real(step & outZ));
+    const float ux = std::abs(dx), uy = std::abs(dy), uz = std::abs(dz);
+    const SimplexReach<float> reach(ux, uy, uz);
+    auto towards = [&](float size, float d) {
+        return std::bit_cast<float>((bits(d) & 0x80000000u) | std::bit_cast<uint32_t>(size));
+    };
+    const float sideX = towards(1.0f, dx), sideY = towards(1.0f, dy), sideZ = towards(1.0f, dz);
+    const float cx = dx - towards(0.5f, dx), cy = dy - towards(0.5f, dy), cz = dz - towards(0.5f, dz);
+    const uint32_t belowX = bits(dx) >> 29 & 4u, belowY = bits(dy) >> 28 & 8u, belowZ = bits(dz) >> 27 & 16u;
+    const uint32_t corner = belowX | belowY | belowZ;
+    const bool acrossX = ux <= reach.least, acrossY = uy <= reach.least, acrossZ = uz <= reach.least;
+    const uint32_t across = corner ^ (acrossX ? 4u : acrossY ? 8u : 16u);
+    const bool beyondX = ux >= reach.most, beyondY = uy >= reach.most, beyondZ = uz >= reach.most;
+    const uint32_t beyond = beyondX ? belowX : beyondY ? belowY + 8u : belowZ + 12u;
+    const float whole =
+        reach.corner * cell.corners.slope(corner, cx, cy, cz) +
+        reach.across * cell.corners.slope(across, acrossX ? cx + sideX : cx, acrossY ? cy + sideY : cy,
+                                          acrossZ ? cz + sideZ : cz);
+    const float half = reach.centre * (cell.x * dx + cell.y * dy + cell.z * dz) +
+                       reach.beyond * cell.next.slope(beyond, beyondX ? dx - sideX : dx,
+                                                      beyondY ? dy - sideY : dy, beyondZ ? dz - sideZ : dz);
     return (whole + half) * 38.440365f;
 }
 

@@ -10,9 +10,9 @@ inline void marchSteps(March& m) {
     const float u = m.p.method == Left ? 0.0f : 0.5f;
     for (int i = 0; i < m.p.steps; i++) {
         placeStep(m, i, u);
+        shadeStep(m);
         if (m.p.noise != NoNoise) placeNoise(m, i);
         addVolumes(m, i);
-        shadeStep(m);
         lightStep(m);
         addLamps(m, i);
         if (m.severalAlbedos) tintStep(m.tile);
