@@ -253,6 +253,7 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         blur::Choice& choice = choices.back();
         if (blur::besselFactor(radius, choice.tolerance) == 1) break;
         choice.ridge = blur::besselRidge(radius, choice.tolerance);
+        choice.step = blur::besselStep(choice.tolerance);
         if (!in.chooses("tolerance") || unseen.share(choice) <= 1) break;
     }
     offer(hold, "hold", 1e-3, 4);

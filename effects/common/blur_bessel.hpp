@@ -82,6 +82,9 @@ inline auto besselRidge(double radius, double tolerance) {
     };
 }
 
+/// And so much it adds up to from any distance on.
+inline double besselStep(double tolerance) { return .06 * std::min(tolerance, 1e-3); }
+
 inline int besselSmallReach(double radius, double tolerance) {
     int factor = besselFactor(radius, tolerance);
     if (factor > 1) tolerance = std::min(tolerance, 1e-3) / 4;

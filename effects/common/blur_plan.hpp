@@ -28,8 +28,10 @@ struct Choice {
     double peak = 2;
     double cost = 0;  ///< frame copies
     /// Where the difference is that of one axis, beside the kernel itself along the other: its largest value
-    /// at a distance in px, an even function that falls; else none.
+    /// at a distance in px, an even function that falls, and how much it adds up to at most from any distance
+    /// on; else none.
     std::function<double(double)> ridge = {};
+    double step = 0;
 };
 
 /// The kernel that is wanted: along either axis the same, and symmetric.
@@ -61,7 +63,7 @@ class Unseen {
         constexpr int tile = brume::ImageBounds::tile;
         const double deviation = deviation_ =
             wanted.deviation * in.frame.size.width / in.scene.size.width / tile;  // of the frame, in tiles
-        const int reach = reach_ = int(std::ceil(wanted.reach * deviation));
+        const int reach = int(std::ceil(wanted.reach * deviation));
         const cv::Size window(std::min(2 * reach + 1, 2 * bounds.lowest.cols + 1),
                               std::min(2 * reach + 1, 2 * bounds.lowest.rows + 1));
         const cv::Mat box = cv::Mat::ones(window, CV_8U);
@@ -94,33 +96,38 @@ class Unseen {
     /// How much of what does not show a choice takes: more than 1 may show.
     double share(const Choice& choice) const {
         if (!choice.ridge || lowest_.empty()) return choice.error / std::max(error(choice.peak), 1e-30);
-        // Of any pixel of a tile for any pixel of another, times the tile's pixels.
-        std::vector<float> ridge, kernel;
-        const double tile = wanted_.deviation / deviation_;
-        double ridges = 0, kernels = 0;
-        for (int d = -reach_; d <= reach_; d++) {
-            const double from = std::max(0, std::abs(d) - 1);
-            double most = 0;
-            for (int k = 0; k <= 64; k++) {
-                const double distance = (from + 2. * k / 64) / deviation_;
-                most = std::max(most, std::abs(wanted_.density(distance)) / deviation_);
-            }
-            kernel.push_back(float(most)), ridge.push_back(float(choice.ridge(from * tile) * tile));
-            kernels += kernel.back(), ridges += ridge.back();
-        }
-        cv::Mat sums, across;
-        cv::sepFilter2D(light_, sums, CV_32F, ridge, kernel, {-1, -1}, 0, cv::BORDER_REPLICATE);
-        cv::sepFilter2D(light_, across, CV_32F, kernel, ridge, {-1, -1}, 0, cv::BORDER_REPLICATE);
-        sums += across;
+        const double tile = wanted_.deviation / deviation_;              // px
+        std::vector<double> beyond(size_t(wanted_.reach * 64) + 1, 0.);  // sums from a distance on
+        for (size_t k = beyond.size() - 1; k > 0; k--)
+            beyond[k - 1] = beyond[k] + wanted_.density((double(k) - .5) / 64) / 64;
+        const Axis kernel{[&](double x) { return wanted_.density(x / deviation_) / deviation_; },
+                          [&](double x) {
+                              const auto k = size_t(x / deviation_ * 64);
+                              return k < beyond.size() ? beyond[k] : 0;
+                          }},
+            ridge{[&](double x) { return choice.ridge(x * tile) * tile; },
+                  [&](double) { return choice.step; }};
+        const cv::Size tiles = light_.size();
+        const cv::Mat x[] = {kernel.weights(tiles.width), ridge.weights(tiles.width)},
+                      y[] = {ridge.weights(tiles.height), kernel.weights(tiles.height)};
+        cv::Mat channels[3];
+        cv::split(light_, channels);
         double share = 0;
-        for (int j = 1, k = 0; j + 1 < sums.rows; j++)
-            for (int i = 1; i + 1 < sums.cols; i++)
-                for (int n = 0; n < 3; n++, k++) {
-                    const double sum =
-                        sums.at<cv::Vec3f>(j, i)[n] - lowest_.at<cv::Vec3f>(j, i)[n] * 2 * ridges * kernels;
-                    share =
-                        std::max(share, std::min(choice.error / places_[k].byRange, sum / places_[k].unseen));
+        for (int n = 0; n < 3; n++) {
+            cv::Mat sums, ones;  // of the image, and of a constant 1
+            for (int k = 0; k < 2; k++) {
+                const cv::Mat across = x[k].t(), all = cv::Mat::ones(tiles, CV_32F);
+                cv::Mat sum = y[k] * channels[n] * across, one = y[k] * all * across;
+                sums = k ? cv::Mat(sums + sum) : sum, ones = k ? cv::Mat(ones + one) : one;
+            }
+            for (int j = 0; j < sums.rows; j++)
+                for (int i = 0; i < sums.cols; i++) {
+                    const Place& place = places_[size_t(j * sums.cols + i) * 3 + n];
+                    const double sum = sums.at<float>(j, i) -
+                                       lowest_.at<cv::Vec3f>(j + 1, i + 1)[n] * double(ones.at<float>(j, i));
+                    share = std::max(share, std::min(choice.error / place.byRange, sum / place.unseen));
                 }
+        }
         return share * likelihood;
     }
 
@@ -128,10 +135,33 @@ class Unseen {
     struct Place {
         double unseen, byRange, bySum;
     };
+    // What any pixel of a tile may weigh for any pixel of another, times the tile's pixels, along one axis:
+    // largest values of a function of the distance in tiles, and, of what edges repeat, of its sums.
+    struct Axis {
+        std::function<double(double)> density, beyond;
+        // Of all tiles, with the ring, for each tile within it.
+        cv::Mat weights(int count) const {
+            const int inside = count - 2;
+            std::vector<float> near(inside), far(inside);
+            for (int d = 0; d < inside; d++) {
+                const double from = std::max(0, d - 1), to = d + 1;
+                for (int k = 0; k <= 32; k++) {
+                    const double distance = from + (to - from) * k / 32;
+                    near[d] = std::max(near[d], float(std::abs(density(distance))));
+                    far[d] = std::max(far[d], float(std::abs(beyond(distance))));
+                }
+            }
+            cv::Mat weights(inside, count, CV_32F);
+            for (int to = 0; to < inside; to++) {
+                weights.at<float>(to, 0) = far[to], weights.at<float>(to, count - 1) = far[inside - 1 - to];
+                for (int at = 0; at < inside; at++) weights.at<float>(to, at + 1) = near[std::abs(to - at)];
+            }
+            return weights;
+        }
+    };
     std::vector<Place> places_;  // of tiles by rows, three channels each; or one for all
     Wanted wanted_;
     double deviation_ = 0;  // of the wanted kernel, in tiles
-    int reach_ = 0;         // tiles
     cv::Mat light_, lowest_;
 
     // What the kernel makes of an image at least: of tiles' means, as much as any pixel of a tile may weigh

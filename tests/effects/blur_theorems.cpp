@@ -82,7 +82,7 @@ OperatorError operatorError(const Blur& blur, const Kernel& truth, int period) {
         return at >= 0 && at < width ? columns[phase][at] : 0;
     };
     OperatorError error;
-    std::vector<Kernel> rows;
+    std::vector<Kernel>& rows = error.rows;
     for (int to = 0; to < period; to++) {
         Kernel row(truth.size());
         double sum = 0;

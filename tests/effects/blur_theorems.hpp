@@ -34,6 +34,7 @@ using Kernel = std::vector<double>;
 /// `truth`: the L1 norm of the difference at the worst position, of one axis and of the separable pair.
 struct OperatorError {
     double oneAxis = 0, pair = 0;
+    std::vector<Kernel> rows;
 };
 OperatorError operatorError(const Blur& blur, const Kernel& truth, int period);
 
