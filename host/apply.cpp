@@ -142,6 +142,7 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
                             const std::string& backend) {
     std::vector<Task> tasks;
     auto [part, parts] = parseShard(a.shard);
+    const auto effects = std::make_shared<std::string>(effectFiles(chain).dump());
     for (size_t frame = 0; frame < inputs.size(); frame++)
         for (size_t variant = 0; variant < variants.size(); variant++) {
             Task task;
@@ -162,6 +163,7 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
                 isAsBefore
                     ? tasks.back().making.preset
                     : std::make_shared<std::string>(writePreset(withSettings(chain, task.making.settings)));
+            task.making.effects = effects;
             task.missing = inputs[frame].missing;
             task.output = names.of(inputs[frame].color, frame, variants[variant], task.making.settings);
             tasks.push_back(std::move(task));
@@ -387,7 +389,8 @@ void addApply(CLI::App& program) {
                         "Bound on the frames held at once, such as 2G (default: a quarter of all)");
     command->add_flag(
         "--resume", a->resume,
-        "Leave outputs that exist, after checking that they came from the same input, preset and version");
+        "Leave outputs that exist, after checking that they came from the same input, preset, effects and "
+        "version");
     command->add_flag("--keep-going", a->keepGoing, "Report frames that fail and go on with the others");
     command->add_option("--report", a->report, "Write what was done to this JSON file");
     command->add_option("--like", a->like,

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "effect/effect.hpp"
 #include "error.hpp"
 #include "frame/attributes.hpp"
 #include "strict_json.hpp"
@@ -16,25 +17,40 @@ namespace {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
-// Tells changed files apart; not meant against malice.
-std::string contentHash(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    if (!in) failIo("'", path, "' cannot be read");
-    uint64_t h = 0x9e3779b97f4a7c15u;
-    std::vector<char> block(1 << 18);
-    while (in) {
-        in.read(block.data(), std::streamsize(block.size()));
-        size_t count = size_t(in.gcount());
+// Tells changed contents apart; not meant against malice.
+class ContentHash {
+  public:
+    void add(const char* data, size_t count) {
         for (size_t k = 0; k < count; k += 8) {
             uint64_t word = 0;
-            std::memcpy(&word, block.data() + k, std::min<size_t>(8, count - k));
-            h = std::rotl(h ^ word, 29) * 0xbf58476d1ce4e5b9u;
+            std::memcpy(&word, data + k, std::min<size_t>(8, count - k));
+            h_ = std::rotl(h_ ^ word, 29) * 0xbf58476d1ce4e5b9u;
         }
-        h ^= count;
+        h_ ^= count;
     }
-    char digits[17];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(h ^ h >> 31));
-    return digits;
+    void addFile(const std::string& path) {
+        std::ifstream in(path, std::ios::binary);
+        if (!in) failIo("'", path, "' cannot be read");
+        std::vector<char> block(1 << 18);
+        while (in) {
+            in.read(block.data(), std::streamsize(block.size()));
+            add(block.data(), size_t(in.gcount()));
+        }
+    }
+    std::string digits() const {
+        char digits[17];
+        std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(h_ ^ h_ >> 31));
+        return digits;
+    }
+
+  private:
+    uint64_t h_ = 0x9e3779b97f4a7c15u;
+};
+
+std::string contentHash(const std::string& path) {
+    ContentHash hash;
+    hash.addFile(path);
+    return hash.digits();
 }
 
 /// A file's name may be no UTF-8, which JSON must be: then it is its bytes' numbers.
@@ -80,10 +96,25 @@ json identityOf(const Making& making) {
     made["backend"] = making.backend;
     made["with_depth"] = making.withDepth;
     made["preset"] = json::parse(*making.preset);
+    made["effects"] = json::parse(*making.effects);
     return made;
 }
 
 }  // namespace
+
+json effectFiles(const Chain& chain) {
+    json hashes = json::object();
+    for (const Step& step : chain.steps) {
+        const Effect& effect = *step.effect;
+        if (hashes.contains(effect.name())) continue;
+        ContentHash hash;
+        for (const std::string& file : expandIncludes(effect).files) hash.addFile(file);
+        const std::string library = fs::path(effect.header.path).replace_extension(".so").string();
+        if (effect.plugin) hash.addFile(library);
+        hashes[effect.name()] = hash.digits();
+    }
+    return hashes;
+}
 
 json describeFiles(const std::vector<std::string>& files) {
     json list = json::array();
@@ -143,6 +174,7 @@ Making makingOf(const json& record, const std::string& path) {
         making.backend = record.at("backend").get<std::string>();
         making.withDepth = record.at("with_depth").get<bool>();
         making.preset = std::make_shared<std::string>(record.at("preset").dump());
+        making.effects = std::make_shared<std::string>(record.value("effects", json::object()).dump());
         if (record.contains("settings"))
             for (const auto& [key, value] : record["settings"].items())
                 making.settings.emplace_back(key, value.get<std::string>());
@@ -163,8 +195,9 @@ std::string staleness(const json& record, const Making& making) {
     for (const auto& [key, value] : expected.items())
         if (!record.contains(key) || record[key] != value) {
             std::string was = record.contains(key) ? shown(record[key]) : "nothing";
-            return key == "preset" ? "was made with another preset"
-                                   : text("was made with ", key, " ", was, ", not ", shown(value));
+            return key == "preset"    ? "was made with another preset"
+                   : key == "effects" ? "was made before an effect of it changed"
+                                      : text("was made with ", key, " ", was, ", not ", shown(value));
         }
     const std::string sidecar = fs::path(making.input).replace_extension(".json").string();
     bool hasSidecar = false;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "effect/chain.hpp"
 #include "options.hpp"
 #include "sweep.hpp"
 
@@ -22,11 +23,16 @@ struct Making {
     size_t index = 0;            ///< place among all frames of the run: decides time and dither
     double framesPerSecond = 24;
     uint32_t seed = 0;
-    std::string backend;                        ///< "cpu" or "gl"
-    bool withDepth = false;                     ///< an EXR output holds depth and camera, too
-    std::shared_ptr<const std::string> preset;  ///< JSON with all settings applied
-    Settings settings;                          ///< what --set said and drew, for people and name patterns
+    std::string backend;                         ///< "cpu" or "gl"
+    bool withDepth = false;                      ///< an EXR output holds depth and camera, too
+    std::shared_ptr<const std::string> preset;   ///< JSON with all settings applied
+    std::shared_ptr<const std::string> effects;  ///< JSON of effectFiles
+    Settings settings;                           ///< what --set said and drew, for people and name patterns
 };
+
+/// Content hashes of each effect's shader, includes and plugin, by its name: that a changed effect is
+/// noticed. Throws Error (Io, Usage).
+nlohmann::ordered_json effectFiles(const Chain& chain);
 
 /// Files' names, sizes, times and content hashes, so that a changed input is noticed. Throws Error (Io).
 nlohmann::ordered_json describeFiles(const std::vector<std::string>& files);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "error.hpp"
 #include "frame/read.hpp"
 #include "frame/write.hpp"
 #include "host/program.hpp"
@@ -219,6 +220,24 @@ TEST_F(Batch, resumeRefusesWhatWasMadeOtherwise) {
 }
 
 // What is asked for besides the picture is made, too, and is of the same making as the picture.
+// Whoever writes an effect would take the old pictures for the new effect's.
+TEST_F(Batch, resumeNoticesThatAnEffectChanged) {
+    addFrames(2);
+    auto addEffect = [&](const char* share) {
+        addText(
+            "dim.fs",
+            text("/*{\"ISFVSN\": \"2\", \"INPUTS\": [{\"NAME\": \"inputImage\", \"TYPE\": \"image\"}]}*/\n",
+                 "void main() { gl_FragColor = ", share, " * IMG_THIS_PIXEL(inputImage); }\n"));
+    };
+    addEffect("0.5");
+    ASSERT_EQ(brume("apply ./dim.fs in -o out").status, 0);
+    ASSERT_EQ(brume("apply ./dim.fs in -o out --resume").status, 0);
+    addEffect("0.4");
+    const auto ran = brume("apply ./dim.fs in -o out --resume");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, HasSubstr("was made before an effect of it changed"));
+}
+
 TEST_F(Batch, resumeMakesKeptImagesThatAreMissing) {
     addFrames(2);
     ASSERT_EQ(brume("apply depth_fog in -o whole --keep transmittance --keep depth.npy").status, 0);
