@@ -12,8 +12,11 @@ namespace brume::height_fog {
 // one division: L·ρ·(e^x - 1)/x, x = -falloff·dy, whose sign tells up from down. ρ = mantissa·2^exponent
 // shares e^x's power of two, so that a layer far below the eye neither vanishes nor overflows. Ways are
 // finite
-// (`endlessWay` at most), so the limit to the sky comes out by itself.
+// (`endlessWay` at most), so the limit to the sky comes out by itself. The power is kept 2^32 too large and
+// the mantissa as much too small: thin air's numbers would be
+// denormal, which take many times as long. (Density ends at e^60, 2^86.)
 struct Layer {
+    static constexpr int lift = 32, least = lift - 126, most = 126;  // of powers of two
     float mantissa = 1;  ///< density at the eye = mantissa·2^exponent
     int exponent = 0;
     float falloff = 0;
@@ -22,8 +25,8 @@ struct Layer {
         double binary = std::min(double(logDensity), 60.) / 0.69314718055994531;
         if (falloff == 0) binary = std::max(binary, -93.);  // hides the sky, 1e30 m away, and nothing nearer
         Layer layer;
-        layer.exponent = int(std::max(std::floor(binary), -2e6));
-        layer.mantissa = float(std::exp2(binary - std::floor(binary)));
+        layer.exponent = int(std::max(std::floor(binary), -2e6)) + lift;
+        layer.mantissa = float(std::exp2(binary - std::floor(binary) - lift));
         layer.falloff = falloff;
         return layer;
     }
@@ -33,8 +36,8 @@ struct Layer {
         const float x = std::fabs(way) < 1e-7f ? 1e-7f : way;
         const ReducedExp e = reduceExp(x < -87.0f ? -87.0f : (x > 1e6f ? 1e6f : x));
         int power = exponent + e.n;
-        power = power < -126 ? -126 : (power > 126 ? 126 : power);
-        const float here = powerOfTwo(exponent < -126 ? -126 : exponent), there = powerOfTwo(power);
+        power = power < least ? least : (power > most ? most : power);
+        const float here = powerOfTwo(exponent < least ? least : exponent), there = powerOfTwo(power);
         const float rise = (there - here) + there * e.expm1;
         const float depth = (L * mantissa) * (rise / x);
         return depth < 1e30f ? depth : 1e30f;
