@@ -5,7 +5,7 @@
 //
 //   fir        r integrated over each pixel, cut where the tails weigh less than `tolerance`
 //   recursive  the same without a cut: r's integrals are one damped oscillation, which a recursion follows
-//              (the CPU, where the kernel is short against the image, as one filter forward and back)
+//              (the CPU, where the kernel is short against the image, as one filter forward and back,)
 //   decimated  boxes in a row, every factor-th pixel, a small FIR, the same boxes up: error under 1e-3
 //              or 1e-4
 //   hold       the zero-order hold of H: error .02 at radius 1, 2.4e-3 at 4

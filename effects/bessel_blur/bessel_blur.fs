@@ -27,7 +27,7 @@
     {"NAME": "poles", "TYPE": "vec4 array", "SIZE": "$poleCount", "FROM": ["radius", "method", "size"]},
     {"NAME": "centerTap", "TYPE": "float", "FROM": ["radius", "method", "size"]},
     {"NAME": "cascadeReach", "TYPE": "int", "FROM": ["radius", "method", "size"], "DESCRIPTION": "the CPU's alone, as cascade"},
-    {"NAME": "cascade", "TYPE": "array", "SIZE": 9, "FROM": ["radius", "method", "size"]}
+    {"NAME": "cascade", "TYPE": "array", "SIZE": 11, "FROM": ["radius", "method", "size"]}
   ],
   "PASSES": [
     {"TARGET": "rows", "WHEN": "$method == $method_fir"},

@@ -168,16 +168,23 @@ inline Exponentials normalised(Exponentials e) {
 }
 
 /// A two-sided sum of one term, whose spectrum is above 0, as one real filter that runs forward and then
-/// backward: y = direct·x + c1·v + c2·s, then v += s, s += x - k1·v - k2·s (delta form: k1 and k2 are small,
-/// and keep in fp32 the little by which poles miss 1).
+/// backward: v' = v + s, s' = (1 - k2)·s + x - k1·v (delta form: k1 keeps in fp32 the little by which poles
+/// miss 1), and what it gives is v' + slope·s' + before·v.
 struct Cascade {
-    double direct = 1, k1 = 1, k2 = 2, c1 = 0, c2 = 0;
+    /// What x is multiplied by, and the result, so that both ways along both axes keep a constant.
+    double scale = 1;
+    double k1 = 1, k2 = 2, slope = 1, before = 0;
     /// What lies beyond the last pixel is like it: off the steady state by (v, s) in front of it, the
     /// backward filter is off by this matrix times that.
     double end[4] = {};
     int reach = 0;  ///< px beyond which less than a millionth is left
 
-    std::vector<double> packed() const { return {direct, k1, k2, c1, c2, end[0], end[1], end[2], end[3]}; }
+    /// Of v in the steady state that all x = 1 lead to, forward and then backward.
+    double steady() const { return 1 / k1; }
+    double steadyBack() const { return (1 + before) / (k1 * k1); }
+    std::vector<double> packed() const {
+        return {scale, k1, 1 - k2, slope, before, end[0], end[1], end[2], end[3], steady(), steadyBack()};
+    }
 };
 inline Cascade cascadeOf(const Exponentials& e) {
     const Complex pole = e.terms[0].pole, amplitude = e.terms[0].amplitude;
@@ -200,11 +207,11 @@ inline Cascade cascadeOf(const Exponentials& e) {
     const double first = -(zeros[0] + zeros[1]).real(), second = (zeros[0] * zeros[1]).real();
     Cascade c;
     c.k1 = std::norm(pole - 1.), c.k2 = 2 - 2 * pole.real();
-    c.direct = (1 + own[1] + own[2]) / (1 + first + second);  // a constant is kept
-    c.c2 = c.direct * (first - own[1]);
-    c.c1 = c.k1 * (1 - c.direct);
+    c.slope = 1 / (1 + first), c.before = second / (1 + first);
+    c.scale = std::pow(c.k1 / (1 + c.before), 2);
     // Σ powersⁿ·(what the backward filter reads of the forward one)·powersⁿ, twice as many terms each time.
-    double powers[] = {1, 1, -c.k1, 1 - c.k2}, sum[] = {0, 0, c.c1, c.c2}, product[4], more[4];
+    double powers[] = {1, 1, -c.k1, 1 - c.k2}, product[4], more[4],
+           sum[] = {0, 0, 1 - c.slope * c.k1 + c.before, 1 + c.slope * (1 - c.k2)};
     auto multiply = [](const double* a, const double* b, double* to) {
         for (int k = 0; k < 4; k++) to[k] = a[k / 2 * 2] * b[k % 2] + a[k / 2 * 2 + 1] * b[2 + k % 2];
     };

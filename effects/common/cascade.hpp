@@ -14,7 +14,7 @@ namespace blur {
 
 /// Numbers of Cascade::packed.
 struct CascadeNumbers {
-    float direct, k1, k2, c1, c2, end[4];
+    float scale, k1, damping, slope, before, end[4], steady, steadyBack;
 };
 
 /// Of sixteen floats side by side: what is left of the pixels behind, and how that changes.
@@ -24,46 +24,50 @@ struct CascadeState {
 static_assert(sizeof(CascadeState) == 128);
 
 // Before the first pixel all are like it.
-BRUME_INLINE CascadeState steady(const CascadeNumbers& n, Four x) { return {x * (1.0f / n.k1), Four{}}; }
+BRUME_INLINE CascadeState steady(const CascadeNumbers& n, Four x) { return {n.steady * x, Four{}}; }
 // Behind the last pixel, too, which the forward filter has read: the backward filter's state there.
 BRUME_INLINE CascadeState turned(const CascadeNumbers& n, const CascadeState& s, Four x) {
-    const Four still = x * (1.0f / n.k1), off = s.value - still;
-    return {still + (n.end[0] * off + n.end[1] * s.slope), n.end[2] * off + n.end[3] * s.slope};
+    const Four off = s.value - n.steady * x;
+    return {n.steadyBack * x + (n.end[0] * off + n.end[1] * s.slope), n.end[2] * off + n.end[3] * s.slope};
+}
+BRUME_INLINE void follow(const CascadeNumbers& n, CascadeState& s, Four x) {
+    const Four pushed = x - n.k1 * s.value;
+    s.value = s.value + s.slope;
+    s.slope = n.damping * s.slope + pushed;
 }
 BRUME_INLINE Four advance(const CascadeNumbers& n, CascadeState& s, Four x) {
-    const Four out = n.direct * x + (n.c1 * s.value + n.c2 * s.slope);
-    const Four change = (x - n.k1 * s.value) - n.k2 * s.slope;
-    s.value = s.value + s.slope;
-    s.slope = s.slope + change;
-    return out;
+    const Four before = s.value;
+    follow(n, s, x);
+    return (s.value + n.slope * s.slope) + n.before * before;
 }
 
 constexpr int cascadeRows = 8;  // taken together
 
 // Rows of `floats` floats here have room for whole vectors. `states`: two vectors for each of a row's.
-BRUME_VECTORISE static void columnsBegin(CascadeState* states, const float* row, int floats,
+BRUME_VECTORISE static void columnsBegin(CascadeState* states, const float* row, int floats, float scale,
                                          const CascadeNumbers& n) {
-    for (int i = 0; i < floats; i += 16) states[i / 16] = steady(n, *(const Four*)(row + i));
+    for (int i = 0; i < floats; i += 16) states[i / 16] = steady(n, scale * *(const Four*)(row + i));
 }
 BRUME_VECTORISE static void columnsTurn(CascadeState* states, const CascadeState* forward, const float* row,
                                         int floats, const CascadeNumbers& n) {
-    for (int i = 0; i < floats; i += 16) states[i / 16] = turned(n, forward[i / 16], *(const Four*)(row + i));
+    for (int i = 0; i < floats; i += 16)
+        states[i / 16] = turned(n, forward[i / 16], n.scale * *(const Four*)(row + i));
 }
 
-// Down eight rows, whose last pixels may lack room; whether they are all finite.
+// Down eight rows, whose last pixels may lack room; whether they were all finite, which states tell.
 BRUME_VECTORISE static bool columnsForward(float* const* to, const float* const* rows,
                                            const CascadeState* before, CascadeState* after, int floats,
                                            const CascadeNumbers& numbers) {
-    typedef int Bits __attribute__((vector_size(64), may_alias));
     const CascadeNumbers n = numbers;
+    typedef int Bits __attribute__((vector_size(64), may_alias));
     Bits largest = {};
     auto run = [&](int i, auto load) __attribute__((always_inline)) {
         CascadeState s = before[i / 16];
-        for (int k = 0; k < cascadeRows; k++) {
-            const Four x = load(rows[k] + i);
+        for (int k = 0; k < cascadeRows; k++)
+            *(Four*)(to[k] + i) = advance(n, s, n.scale * load(rows[k] + i));
+        for (const Four& x : {s.value, s.slope}) {
             const Bits bits = (Bits)x & 0x7fffffff;
             largest = bits > largest ? bits : largest;
-            *(Four*)(to[k] + i) = advance(n, s, x);
         }
         after[i / 16] = s;
     };
@@ -85,14 +89,13 @@ BRUME_VECTORISE static bool columnsForward(float* const* to, const float* const*
     for (int k = 0; k < 16; k++) most = std::max(most, largest[k]);
     return most < 0x7f800000;
 }
-
 // Up eight rows of what went down, for their state alone.
 BRUME_VECTORISE static void columnsPass(CascadeState* states, const float* const* rows, int floats,
                                         const CascadeNumbers& numbers) {
     const CascadeNumbers n = numbers;
     for (int i = 0; i < floats; i += 16) {
         CascadeState s = states[i / 16];
-        for (int k = cascadeRows - 1; k >= 0; k--) advance(n, s, *(const Four*)(rows[k] + i));
+        for (int k = cascadeRows - 1; k >= 0; k--) follow(n, s, *(const Four*)(rows[k] + i));
         states[i / 16] = s;
     }
 }
@@ -109,8 +112,10 @@ BRUME_VECTORISE static void columnsBackward(float* lanes, CascadeState* states, 
         CascadeState s = states[i / 16];
         Four x[2][4];
 #pragma GCC unroll 8
-        for (int k = cascadeRows - 1; k >= 0; k--)
+        for (int k = cascadeRows - 1; k >= 0; k--) {
+            __builtin_prefetch(rows[k] + i + 128);
             x[k / 4][k % 4] = advance(n, s, *(const Four*)(rows[k] + i));
+        }
         states[i / 16] = s;
         for (int half = 0; half < 2; half++) transpose(x[half]);
         if (i == 0)
@@ -132,7 +137,6 @@ BRUME_VECTORISE static void columnsBackward(float* lanes, CascadeState* states, 
     }
     for (int half = 0; half < 2; half++) ends[half] = turned(n, along[half], last[half]);
 }
-
 // Back along eight rows, columns `from` to `end` - 1; pixel (k, x) of the result is at 4·(k·stride + x -
 // from).
 BRUME_VECTORISE static void rowsBackward(float* out, int stride, CascadeState* ends, const float* lanes,
@@ -146,17 +150,16 @@ BRUME_VECTORISE static void rowsBackward(float* out, int stride, CascadeState* e
             if (i + 4 <= end) {
 #pragma GCC unroll 4
                 for (int k = 3; k >= 0; k--)
-                    x[k] = advance(n, along[half], *(const Four*)(at + laneCount * k));
+                    x[k] = n.scale * advance(n, along[half], *(const Four*)(at + laneCount * k));
             } else {
                 for (int k = end - i - 1; k >= 0; k--)
-                    x[k] = advance(n, along[half], *(const Four*)(at + laneCount * k));
+                    x[k] = n.scale * advance(n, along[half], *(const Four*)(at + laneCount * k));
             }
             transpose(x);
             for (int k = 0; k < 4; k++) *(Four*)(out + 4 * ((4 * half + k) * stride + i - from)) = x[k];
         }
     ends[0] = along[0], ends[1] = along[1];
 }
-
 /// Whether cascadedBlur takes an image of so many rows: otherwise its bands would be most of the image.
 inline bool isCascaded(int height, int reach) { return reach <= std::max(128, height / 3); }
 
@@ -201,14 +204,14 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
             for (int t = range.start; t < range.end; t++) {
                 const int begin = last / 8 * t / tasks * 8, end = last / 8 * (t + 1) / tasks * 8;
                 int done = std::max(begin - around, 0);
-                columnsBegin(forward, copyRows(done, 1), floats, numbers);
+                columnsBegin(forward, copyRows(done, 1), floats, numbers.scale, numbers);
                 for (int y0 = begin; y0 < end; y0 += band) {
                     const int y1 = std::min(y0 + band, end), beyond = std::min(y1 + around, last);
                     for (; done < beyond; done += cascadeRows) goDown(done);
                     if (beyond == last)
                         columnsTurn(back, forward, copyRows(height - 1, 1), floats, numbers);
                     else
-                        columnsBegin(back, slot(beyond - 1), floats, numbers);
+                        columnsBegin(back, slot(beyond - 1), floats, 1, numbers);
                     for (int y = beyond - cascadeRows; y >= y0; y -= cascadeRows) {
                         const float* rows[cascadeRows];
                         for (int k = 0; k < cascadeRows; k++) rows[k] = slot(y + k);
