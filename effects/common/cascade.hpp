@@ -9,6 +9,7 @@
 
 #include "common/filter_lines.hpp"
 #include "common/stream.hpp"
+#include "common/tiny_as_zero.hpp"
 
 namespace blur {
 
@@ -176,6 +177,7 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
     cv::parallel_for_(
         cv::Range(0, tasks),
         [&](const cv::Range& range) {
+            const TinyAsZero tinyAsZero;
             Scratch ring(size_t(ringRows) * room), finite(size_t(cascadeRows) * room),
                 states(6 * size_t(room)), lanes(8 * size_t(room));
             CascadeState* forward = reinterpret_cast<CascadeState*>(states.data());

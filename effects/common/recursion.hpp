@@ -6,6 +6,7 @@
 #include <span>
 
 #include "common/filter_lines.hpp"
+#include "common/tiny_as_zero.hpp"
 
 namespace blur {
 
@@ -76,6 +77,7 @@ BRUME_VECTORISE static void runLanes(float* out, const float* x, int count, cons
 inline void recursiveBlur(const cv::Mat& in, cv::Mat& out, const Recursion& recursion) {
     const int poleCount = int(recursion.poles.size() / 4);
     filterLines(in, out, [&](float* y, const float* x, int count) {
+        const TinyAsZero tinyAsZero;
         runLanes(y, x, count, recursion.poles.data(), poleCount, recursion.center);
     });
 }
