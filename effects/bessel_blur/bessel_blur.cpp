@@ -210,9 +210,9 @@ double kernelError(int method, double radius, double tolerance) {
 // Frame copies on the CPU at 1920×1080 with two threads; `reach` of the FIR, or the small one, or of the
 // recursion's bands (0: it has none).
 double costOf(int method, int factor, int reach) {
-    if (method == fir || (method == decimated && factor == 1)) return 1.25 + .12 * reach;
+    if (method == fir || (method == decimated && factor == 1)) return 1.2 + .09 * reach;
     if (method == decimated) return 1.35 + 1.2 / factor + .16 * reach / (factor * factor);
-    return method == recursive && reach > 0 ? 1.8 + .003 * reach : 3.2;
+    return method == recursive && reach > 0 ? 1.72 + 1.2e-5 * reach * reach : 3.2;
 }
 
 Plan plan(const BesselBlur& p, const PlanInput& in) {
