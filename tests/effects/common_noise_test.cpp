@@ -132,6 +132,44 @@ void compareWithReference() {
 TEST(Noise, PerlinFollowsTheReference) { compareWithReference<NoiseKind::Perlin>(); }
 TEST(Noise, SimplexFollowsTheReference) { compareWithReference<NoiseKind::Simplex>(); }
 
+// Across the planes where other lattice points come into reach, slopes and curvatures go on: a fade of lower
+// degree, or a kernel that ends earlier, would jump by whole numbers there.
+TEST(Noise, TwiceContinuouslyDifferentiable) {
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const double h = 1e-4;
+    double worst[2] = {}, largest[2] = {};
+    for (int k = 0; k < 4000; k++) {
+        const NoiseLattice lattice = latticeAt(3, 5, 7, uint32_t(k));
+        cv::Vec3d p(uniform(random), uniform(random), uniform(random)), towards(.6, .48, .64);
+        if (k % 4 == 0)
+            p[0] = .5 * (k / 4 % 2);  // a wall of a cell, or its middle
+        else if (k % 4 == 1)
+            p[1] = p[0];  // two axes as far from the middle
+        else if (k % 4 == 2)
+            p[1] = 1 - p[0];
+        else
+            p = cv::Vec3d(p[0], .5, p[0]);
+        if (k % 4 == 1 || k % 4 == 2) towards = {.8, -.36, .48};
+        auto noise = [&](int kind, double way) {
+            const cv::Vec3d q = p + towards * way;
+            return kind ? simplexNoise(q[0], q[1], q[2], lattice) : perlinNoise(q[0], q[1], q[2], lattice);
+        };
+        for (int kind : {0, 1}) {
+            auto curvature = [&](double side) {
+                return (noise(kind, 0) - 2 * noise(kind, side) + noise(kind, 2 * side)) / (h * h);
+            };
+            const double after = curvature(h), before = curvature(-h);
+            worst[kind] = std::max(worst[kind], std::abs(after - before));
+            largest[kind] = std::max(largest[kind], std::abs(after));
+        }
+    }
+    for (int kind : {0, 1}) {
+        EXPECT_GT(largest[kind], 5) << kind;
+        EXPECT_LT(worst[kind], .1) << kind;  // 2h times the third derivative
+    }
+}
+
 TEST(Noise, RepeatsAfterItsPeriodInEveryOctave) {
     for (double place : {.3, 5.7, 15.99})
         for (int axis = 0; axis < 3; axis++) {

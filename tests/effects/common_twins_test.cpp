@@ -194,5 +194,28 @@ TEST(LineNoise, MeanIsTheIntegral) {
     }
 }
 
+// Over a million cells it is taken for 0: what it would be is as small.
+TEST(LineNoise, MeanVanishesOverAMillionCells) {
+    EXPECT_EQ(lineMean(.25, .25 + 1.01e6, 0, 0, 1023u, 7u), 0);
+    for (uint32_t seed = 0; seed < 200; seed++) {
+        const double mean = lineMean(.25, .25 + .99e6 + seed / 200., 0, 0, 1023u, seed);
+        EXPECT_NE(mean, 0);
+        EXPECT_LT(std::abs(mean), 2e-6);
+    }
+}
+
+// A density of e⁶⁰ at the most: times a way of any length it is a number or infinite, never 0·inf.
+TEST(Profiles, ExponentialMeanTimesAnyWayIsANumber) {
+    for (float logDensity : {-3e38f, -1e3f, 0.f, 59.f, 1e3f, 3e38f})
+        for (float k : {0.f, 1e-30f, .1f, 1e3f, 1e30f})
+            for (float y : {0.f, 1e-30f, 1.f, 88.f, 1e15f, 1e30f})
+                for (float side : {-1.f, 1.f}) {
+                    const float mean = exponentialMean(logDensity, k, side * y);
+                    ASSERT_GE(mean, 0) << logDensity << " " << k << " " << side * y;
+                    ASSERT_LE(mean, 1.1421e26f) << logDensity << " " << k << " " << side * y;
+                    ASSERT_FALSE(std::isnan(mean * y)) << logDensity << " " << k << " " << side * y;
+                }
+}
+
 }  // namespace
 }  // namespace brume

@@ -17,6 +17,7 @@
 #include "measure/compare.hpp"
 #include "measure/probe.hpp"
 #include "volume_fog/reference.hpp"
+#include "volume_fog/tile.hpp"
 
 namespace brume {
 namespace {
@@ -291,6 +292,19 @@ TEST(VolumeFogMethods, JitterIsTheSameEveryTimeAndAnotherInTheNextFrame) {
 }
 
 // --- light
+// What the marches reserve and count on is what the header lets in.
+TEST(VolumeFogMethods, ParametersKeepWithinTheMarchesBounds) {
+    const auto registry = EffectRegistry::standard();
+    const auto& parameters = registry.find("volume_fog")->header.parameters;
+    auto parameter = [&](const std::string& name) {
+        return *std::find_if(parameters.begin(), parameters.end(), [&](auto& p) { return p.name == name; });
+    };
+    EXPECT_LE(parameter("boxes").maxRows + 1, volume_fog::mostVolumes);  // and the whole scene
+    EXPECT_LE(parameter("point_lights").maxRows, volume_fog::mostLamps);
+    // cells of the noise, counted from the eye in 32 bits, and in fp32 to a sixteenth at the least
+    EXPECT_LE(parameter("max_distance").max[0] / parameter("noise_size").min[0] + 1, 1 << 20);
+}
+
 TEST(VolumeFogLight, PhaseFunctionsIntegrateToOne) {
     auto integral = [](auto phase) {  // 2π∫p dv over the versine
         double sum = 0;
