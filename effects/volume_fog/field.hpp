@@ -51,7 +51,8 @@ struct Shadow {
     bool exists = false;
     cv::Matx44d fromWorld;
     double bias = 0;  // of δ
-    cv::Mat map;
+    cv::Mat map;      // of one channel, or of four that begin with it
+    double depthAt(int u, int v) const { return map.ptr<float>(v)[map.channels() * u]; }
 };
 
 /// What does not depend on the pixel.
@@ -162,8 +163,7 @@ struct Ray {
         if (place[0] < 0 || place[1] < 0 || place[0] >= shadow.map.cols || place[1] >= shadow.map.rows)
             return false;
         const double d = place[2] - shadow.bias;
-        const int channels = shadow.map.channels();
-        return d <= 1 && d > shadow.map.ptr<float>(int(place[1]))[channels * int(place[0])];
+        return d <= 1 && d > shadow.depthAt(int(place[0]), int(place[1]));
     }
     double sunShare(double t) const {
         return s.shadow.exists && isShadowed(s.shadow, shadowPlace(t)) ? 1. - s.p.shadow_strength : 1.;

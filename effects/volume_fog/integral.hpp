@@ -197,7 +197,7 @@ inline std::vector<double> breaks(const Ray& ray) {
             if (place[0] < 0 || place[1] < 0 || place[0] >= sizes[0] || place[1] >= sizes[1] ||
                 perMetre[2] == 0)
                 continue;
-            const double stored = s.shadow.map.at<cv::Vec4f>(int(place[1]), int(place[0]))[0];
+            const double stored = s.shadow.depthAt(int(place[0]), int(place[1]));
             for (double depth : {stored, 1.}) {
                 const double t = (depth + s.shadow.bias - from[2]) / perMetre[2];
                 if (t > crossings[k - 1] && t < crossings[k]) add(t);

@@ -239,6 +239,23 @@ TEST(VolumeFogMethods, InFp32IsItselfInFp64) {
         }
 }
 
+TEST(VolumeFogMethods, ShadowMapsOfOneChannelAreTheReferencesToo) {
+    auto [pair, rest] = everything({12, 8}, 0);
+    const Step step = stepOf(pair, "midpoint", 8, rest);
+    const auto params = step.effect->plugin->makeParams(step.values);
+    const ReferenceContext four = contextOf(pair);
+    cv::extractChannel(pair.images["sun.exr"], pair.images["sun.exr"], 0);
+    const ReferenceContext one = contextOf(pair);
+    ASSERT_EQ(one.images.at("shadow_map").channels(), 1);
+    const truth::Scene ofFour(*static_cast<const Params*>(params.get()), four),
+        ofOne(*static_cast<const Params*>(params.get()), one);
+    for (int j = 0; j < pair.color.rows; j++)
+        for (int i = 0; i < pair.color.cols; i++) {
+            const cv::Vec3d ray = pair.camera.ray(i, j), d = ray / cv::norm(ray);
+            EXPECT_EQ(truth::breaks({ofOne, d, 100}), truth::breaks({ofFour, d, 100})) << i << ", " << j;
+        }
+}
+
 TEST(VolumeFogMethods, GlslIsTheCpuWithShadowsLampsAndNoise) {
     const auto gl = makeGlRunner(GlPlatform::Osmesa);
     const auto cpu = makeCpuRunner();
