@@ -44,13 +44,19 @@ inline void addRay(const PlanInput& in, const cv::Vec3d& way, double right, doub
     rays.push_back(ray);
 }
 
-/// Rays evenly over the frame, some 3600·finer² of them, but one a tile at least and no more than pixels.
+/// The frame's extremes and some 600 of its pixels: its first probes.
+inline std::vector<Probe> fewProbes(const PlanInput& in) {
+    constexpr size_t few = 6 + 4 + 32 * 18;
+    const auto& all = in.frame.probes;
+    return {all.begin(), all.begin() + long(std::min(few, all.size()))};
+}
+
+/// Rays evenly over the frame, finer² of every tile, each ending where its tile's fog shows most.
 inline std::vector<Probe> raysEverywhere(const PlanInput& in, int finer) {
     const auto& camera = in.scene.camera;
     const auto& m = camera.worldFromCamera;
     const cv::Vec3d ahead(-m(0, 2), -m(1, 2), -m(2, 2));
-    const double tile = std::min<double>(ImageBounds::tile, std::sqrt(in.scene.size.area() / 3600.));
-    const double apart = std::max(1., tile / finer);
+    const double apart = double(ImageBounds::tile) / finer;
     std::vector<Probe> rays;
     for (double y = apart / 2; y < in.scene.size.height; y += apart)
         for (double x = apart / 2; x < in.scene.size.width; x += apart)
@@ -164,8 +170,8 @@ class TrialLevels {
 
     /// How many times the worst of a level's rays the worst of all pixels may be. On the last, the error may
     /// grow towards all pixels as it grew from the level before, each time that rays are four times as many.
-    TrialLevels(double tolerance, std::vector<double> margins, const Make& make)
-        : tolerance_(tolerance), margins_(std::move(margins)), make_(make), trials_(margins_.size()) {}
+    TrialLevels(std::vector<double> margins, const Make& make)
+        : margins_(std::move(margins)), make_(make), trials_(margins_.size()) {}
 
     Trials& at(int level) {
         if (!trials_[level]) trials_[level] = make_(level);
@@ -173,21 +179,23 @@ class TrialLevels {
     }
     /// The worst error to be feared of a method; gives up where it exceeds `enough`.
     double error(const TrialOption& option, double enough) {
-        double feared = 0, before = HUGE_VAL;
+        double feared = 0, worst = 0, before = HUGE_VAL;
         for (int level = 0; level < int(margins_.size()); level++) {
-            const double own = at(level).error(option.method, option.steps, enough);
-            if (own > enough) return own;
-            double margin = margins_[level];
-            if (level > 1 && own > before) margin = std::clamp(std::pow(own / before, 3), margin, 4.);
-            feared = margin * std::max(own, level > 1 ? before : 0) + at(level).doubt();
-            if (feared <= std::min(enough, tolerance_)) break;
+            // More rays can only tell of larger errors.
+            const double doubt = at(level).doubt(), least = margins_.back();
+            const double own = at(level).error(option.method, option.steps, (enough - doubt) / least);
+            worst = std::max(worst, own);
+            feared = least * worst + doubt;
+            if (feared > enough) break;
+            const double growth = level > 1 && own > before ? std::pow(own / before, 3) : 0;
+            feared = std::max(margins_[level], std::min(growth, 4.)) * worst + doubt;
+            if (feared <= enough && std::isfinite(enough)) break;
             before = own;
         }
         return feared;
     }
 
   private:
-    double tolerance_;
     std::vector<double> margins_;
     Make make_;
     std::vector<std::unique_ptr<Trials>> trials_;

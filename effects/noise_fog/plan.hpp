@@ -124,7 +124,7 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
     // all pixels were up to 6 times as bad as the few rays, and up to 4.4 times as one ray of every tile.
     // Four of every tile come to 1.6 times, or to what the growth from one to four tells.
     Texels texels(p.edge());
-    TrialLevels<RayTrial> trials(in.tolerance, {8, 4, 1.6}, [&](int level) {
+    TrialLevels<RayTrial> trials({8, 4, 1.6}, [&](int level) {
         return std::make_unique<RayTrial>(
             p, in, level ? cutShort(p, in, raysEverywhere(in, level)) : fewRays(p, in), texels);
     });

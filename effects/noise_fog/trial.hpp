@@ -186,7 +186,7 @@ class RayTrial {
 // The frame's probes, sorted by distance, since errors of noise are alike on ways of like length; along the
 // ray, also rays beside the lattice's axes, where steps may keep time with cells.
 inline std::vector<Probe> fewRays(const NoiseFog& p, const PlanInput& in) {
-    std::vector<Probe> rays = in.frame.probes;
+    std::vector<Probe> rays = fewProbes(in);
     if (rays.empty()) return rays;
     std::stable_sort(rays.begin(), rays.end(),
                      [](const Probe& a, const Probe& b) { return a.distance < b.distance; });

@@ -95,21 +95,55 @@ inline brume::Trial::Fog fogOf(const Params& p, const RayMarch& march, int exact
         tried.method = method, tried.steps = steps;
         if (method == exactly) {
             tried.method = p.point_lights.empty() ? Midpoint : Equiangular;
-            tried.early_stop = false, tried.noise_every = 1;
+            tried.noise_every = 1;
         }
         march(tile, tried, outcome);
     };
 }
 
-// One ray of every tile of the frame.
-struct Everywhere {
-    std::vector<brume::Probe> rays;
-    RayMarch march;
-    brume::Trial trial;
-    Everywhere(const Params& p, const brume::PlanInput& in, int exactly)
-        : rays(brume::Trial::filled(brume::raysEverywhere(in, 1))),
-          march(p, in, rays),
-          trial(in, rays, fogOf(p, march, exactly), exactly, 64, 2048) {}
+// Methods on some rays of the frame: few and those that tell most, all probes and one ray of every tile, or
+// four.
+class RayTrial {
+  public:
+    RayTrial(const Params& p, const brume::PlanInput& in, int level)
+        : rays_(brume::Trial::filled(raysOf(p, in, level))),
+          march_(p, in, rays_),
+          trial_(in, rays_, fogOf(p, march_, exactly), exactly, 64, 4096) {
+        if (p.early_stop) stopping_ = stoppingError(p);
+    }
+    double error(int method, int steps, double enough) { return trial_.error(method, steps, enough); }
+    // Stopping early leaves out what is bounded, and as much at any number of steps.
+    double doubt() const { return trial_.doubt() + stopping_; }
+    double lampShare() const { return march_.lampShare(); }
+
+  private:
+    static constexpr int exactly = -1;
+    std::vector<brume::Probe> rays_;
+    RayMarch march_;
+    brume::Trial trial_;
+    double stopping_ = 0;
+
+    double stoppingError(const Params& p) const {
+        Params stopped = p, unstopped = p;
+        stopped.method = unstopped.method = Midpoint;
+        stopped.steps = unstopped.steps = 64;
+        unstopped.early_stop = false;
+        std::vector<double> errors(trial_.tiles() + 1, 0.);
+        trial_.each([&](int tile) {
+            brume::TrialOutcome a, b;
+            march_(tile, stopped, a), march_(tile, unstopped, b);
+            errors[tile] = trial_.differenceOf(a, b, tile);
+        });
+        return *std::max_element(errors.begin(), errors.end());
+    }
+    static std::vector<brume::Probe> raysOf(const Params& p, const brume::PlanInput& in, int level) {
+        if (level == 0) return Rays(p, in).all();
+        std::vector<brume::Probe> rays = brume::raysEverywhere(in, level);
+        const auto& probes = in.frame.probes;
+        const size_t many = std::min(probes.size(), size_t(in.scene.size.area()) / 8);
+        if (level == 1) rays.insert(rays.end(), probes.begin(), probes.begin() + long(many));
+        return rays;
+    }
 };
 
 inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
@@ -133,29 +167,13 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
         plan.why = "p2 is not the integral at any number of steps; 128 are the paper's own";
         return plan;
     }
-    constexpr int exactly = -1;
-    const Rays rays(p, in);
-    const RayMarch march(p, in, rays.all());
-    auto fog = fogOf(p, march, exactly);
-    brume::Trial trial(in, rays.all(), fog, exactly, 64, 4096);
-    const double lampShare = march.lampShare();
-    // Edges of shadows that a ray crosses may by chance all err to one side, on a few rays of a frame:
-    // whatever takes more steps than these is also tried on one ray of every tile, for a fiftieth of its
-    // time.
-    constexpr int few = 8;
-    const bool hasShadow = p.shadow_strength > 0 && shadowLight(in.scene.extras);
-    std::unique_ptr<Everywhere> everywhere;
-    // A ray is one of many: the worst of all is taken for twice the worst of those tried, for four times
-    // where noise is shared between steps (2.9 times was seen); for half as much again where every tile was.
+    brume::TrialLevels<RayTrial> trials({20, 3, 2},
+                                        [&](int level) { return std::make_unique<RayTrial>(p, in, level); });
     auto errorOf = [&](const brume::TrialOption& option, double enough) {
-        const double margin = option.method == SharedNoise ? 4 : 2;
-        const double own = margin * trial.error(option.method, option.steps, enough / margin) + trial.doubt();
-        if (!hasShadow || option.steps <= few || own > enough) return own;
-        if (!everywhere) everywhere = std::make_unique<Everywhere>(p, in, exactly);
-        return std::max(own, 1.5 * everywhere->trial.error(option.method, option.steps, enough / 1.5));
+        return trials.error(option, enough);
     };
-    const brume::TrialChoice best =
-        brume::cheapest(optionsOf(p, in, lampShare), in.tolerance, in.chooses("steps"), errorOf);
+    const auto options = optionsOf(p, in, trials.at(0).lampShare());
+    const brume::TrialChoice best = brume::cheapest(options, in.tolerance, in.chooses("steps"), errorOf);
     plan.chosen["method"] = best.option.method;
     plan.chosen["steps"] = best.option.steps;
     plan.predictedError = best.error;

@@ -16,7 +16,7 @@ static_assert(brume::trialWidth == tileWidth);
 // The rays that tell most: the frame's probes, and more beside lamps and through boxes.
 class Rays {
   public:
-    Rays(const Params& p, const brume::PlanInput& in) : in_(in), rays_(in.frame.probes) {
+    Rays(const Params& p, const brume::PlanInput& in) : in_(in), rays_(brume::fewProbes(in)) {
         // There steps count most.
         for (const PointLight& lamp : p.point_lights)
             for (double beside : {.5, 2., 6., 18., 54.})

@@ -196,19 +196,15 @@ void measureRing(const cv::Mat& color, ImageBounds& bounds) {
         for (int row : {0, bounds.lowest.rows - 1}) measure(row, column);
 }
 
-// Everywhere evenly: one pixel in each of 32 × 18 cells, by a sequence of low discrepancy.
-std::vector<cv::Point> spread(cv::Size size) {
-    std::vector<cv::Point> pixels;
-    const int columns = std::min(32, size.width), rows = std::min(18, size.height);
+// Everywhere evenly: one pixel in each of columns × rows cells, by a sequence of low discrepancy.
+void spread(cv::Size size, int columns, int rows, std::vector<cv::Point>& pixels) {
+    columns = std::min(columns, size.width), rows = std::min(rows, size.height);
     for (int k = 0; k < columns * rows; k++) {
         const double u = std::fmod(.5 + (k + 1) * .7548776662466927, 1.),
                      v = std::fmod(.5 + (k + 1) * .5698402909980532, 1.);
         pixels.emplace_back(int((k % columns + u) * size.width / columns),
                             int((k / columns + v) * size.height / rows));
     }
-    for (int x : {0, size.width - 1})
-        for (int y : {0, size.height - 1}) pixels.emplace_back(x, y);
-    return pixels;
 }
 
 Probe probeAt(const FramePair& frame, const Camera& camera, cv::Point pixel) {
@@ -267,7 +263,11 @@ FrameStatistics measureFrame(const FramePair& frame) {
     for (const Extreme* extreme :
          {&all.nearest, &all.farthest, &all.lowest, &all.highest, &all.brightest, &all.darkestFar})
         s.probes.push_back(probeAt(frame, camera, extreme->pixel));
-    for (cv::Point pixel : spread(s.size)) s.probes.push_back(probeAt(frame, camera, pixel));
+    const int right = s.size.width - 1, bottom = s.size.height - 1;
+    std::vector<cv::Point> pixels = {{0, 0}, {0, bottom}, {right, 0}, {right, bottom}};
+    spread(s.size, 32, 18, pixels);
+    spread(s.size, 80, 45, pixels);
+    for (cv::Point pixel : pixels) s.probes.push_back(probeAt(frame, camera, pixel));
     return s;
 }
 
