@@ -21,7 +21,7 @@ std::string choiceWords(const Chain& chain, const StepPlan& step) {
             if (double(parameter->values[k]) == value) label = parameter->labels[k];
         words += text(words.empty() ? "" : "; ", name, " = ", label);
     }
-    return words;
+    return words.empty() ? "as written" : words;
 }
 
 std::string predictionWords(const StepPlan& step) {
