@@ -136,6 +136,35 @@ TEST(PlanBounds, TheErrorOfGivenStepsIsForetold) {
         }
 }
 
+// No number of steps holds metres of noise, or of falloff, on rays of kilometres: the plan takes what is most
+// exact, and says that it may show.
+TEST(PlanBounds, RaysOfKilometresInDenseFogAreHeldOrForetold) {
+    const FramePair frame = ground({48, 27}, 4000, .05);
+    const auto cpu = makeCpuRunner();
+    const auto pixels = sampleGrid(frame.size(), 200).pixels;
+    int held = 0, foretold = 0;
+    for (
+        const std::string& fog :
+        {R"("density": 0.05)", R"("density": 0.02, "noise": "additive", "noise_size": 100)",
+         R"("density": 0.014, "noise": "subtractive", "noise_size": 3.3, "noise_every": 12)",
+         R"("density": 0.07, "height_falloff": "exponential", "height_start": 15, "height_distance": 0.5)"}) {
+        const Chain chain = chainOf(
+            R"({"effect": "volume_fog", "steps": "auto", "max_distance": 5000, "shadow_strength": 0, )" +
+            fog + "}");
+        std::vector<StepPlan> decisions;
+        const Chain planned = planChain(chain, frame, Backend::Cpu, {}, &decisions);
+        const cv::Mat image = cpu->run(planned, frame, {}).images.at("color");
+        const auto truth = referenceOfChain(planned, frame, pixels);
+        const double measured = errorStatistics(encodedErrors(image, pixels, truth), pixels).worst / 255,
+                     predicted = decisions.at(0).plan.predictedError;
+        EXPECT_LE(measured, std::max(predicted, tolerance)) << fog;
+        held += measured <= tolerance;
+        foretold += measured > tolerance;
+    }
+    EXPECT_GT(held, 0) << "the cases say nothing";
+    EXPECT_GT(foretold, 0) << "the cases say nothing";
+}
+
 // Kernels' errors are bounds that an image made for it reaches: bright where the chosen kernel has too much,
 // dark where it has too little. Plans count on half of the bound (`likelihood`), so that image may show twice
 // the tolerance. Also where what is dark is what a detection has left of a bright surrounding.
