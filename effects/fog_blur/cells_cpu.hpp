@@ -34,7 +34,7 @@ constexpr int cellWidth = 128, cellHeight = blur::blockRows;
 // next entry.
 struct Places {
     int first[cellWidth], entry[cellWidth];
-    float share[cellWidth];
+    float share[cellWidth + spreadMargin];
 };
 BRUME_VECTORISE static void placesOf(Places& places, float largest, int levelCount, const float* sigmas,
                                      int count) {
