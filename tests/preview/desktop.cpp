@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "frame/read.hpp"
+#include "frame/reader_line.hpp"
 
 extern char** environ;
 
@@ -24,7 +25,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr auto patience = std::chrono::seconds(60);
+constexpr auto patience = std::chrono::seconds(isSanitized ? 300 : 60);
 constexpr auto glance = std::chrono::milliseconds(8);
 
 bool until(const std::function<bool()>& condition) {
