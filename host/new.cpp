@@ -85,7 +85,9 @@ void writeEffect(const std::string& name) {
                      "-DCMAKE_PREFIX_PATH= where.\n\n";
     std::cout << "Next:\n  cd " << name << "\n  cmake -B build"
               << (isInstalled ? " -DCMAKE_PREFIX_PATH=" + prefix.string() : "") << " && cmake --build build\n"
-              << "  ctest --test-dir build\n  brume check build/effects/" << name << "\n";
+              << "  ctest --test-dir build\n  brume check build/effects/" << name << "\n"
+              << "  BRUME_EFFECT_PATH=build/effects brume apply " << name << ".json FRAME -o " << name
+              << ".png\n";
     if (const fs::path guide = prefix / "share/doc/brume/AUTHORING.md"; isThere(guide))
         std::cout << "\nFrom there to an effect of your own: " << guide.string() << "\n";
 }

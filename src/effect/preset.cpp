@@ -44,7 +44,12 @@ static Step parseStep(const json& object, const std::string& where, const Effect
         failUsage(where, ": an effect's name holds no control characters");
     const auto listed = registry.names();
     const bool isListed = std::find(listed.begin(), listed.end(), name) != listed.end();
-    if (!isListed && (name.find('/') != std::string::npos || name.ends_with(".fs") || isFolder(name)))
+    const bool isPath = name.find('/') != std::string::npos || name.ends_with(".fs");
+    if (!isListed && !isPath && isFolder(name))
+        failUsage(where, ": no effect '", name, "' is known, and a preset may not run the folder '", name,
+                  "' here, as a plugin in it is native code: say where effects lie, with BRUME_EFFECT_PATH (",
+                  name, "/build/effects, where brume new made it)");
+    if (!isListed && isPath)
         failUsage(where, ": '", name,
                   "' is a path; a preset may only name effects that 'brume list' shows "
                   "(add their folder to BRUME_EFFECT_PATH), as a plugin beside a file is native code");

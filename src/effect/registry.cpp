@@ -125,7 +125,8 @@ std::shared_ptr<const Effect> EffectRegistry::find(const std::string& nameOrPath
             "no effect '", nameOrPath, "'", suggestion(nameOrPath, names()),
             entries_.empty() ? "; no effects were found at all: set BRUME_EFFECT_PATH to their folder"
             : nearestName(nameOrPath, names()).empty()
-                ? "; one of your own is found through BRUME_EFFECT_PATH, or by its path on the command line"
+                ? "; one of your own is found through BRUME_EFFECT_PATH (build/effects, where brume new made "
+                  "it), or by its path on the command line"
                 : "");
     std::lock_guard lock(*mutex_);
     auto& effect = loaded_[nameOrPath];

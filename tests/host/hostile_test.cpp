@@ -108,12 +108,12 @@ TEST_F(HostileInput, presetsNameEffectsAndNoFiles) {
         addText("p.json", std::string(R"({"effects": [{"effect": ")") + name + R"("}]})");
         expectError("apply p.json a.exr -o a.png", 2, "is a path; a preset may only name effects");
     }
-    // A folder here is a path, too, for all that its name is plain.
+    // A folder here is not run either, for all that its name is plain.
     fs::create_directories(path("own"));
     fs::copy(path("own.fs"), path("own/own.fs"));
     fs::copy(path("own.so"), path("own/own.so"));
     addText("p.json", R"({"effects": [{"effect": "own"}]})");
-    expectError("apply p.json a.exr -o a.png", 2, "'own' is a path; a preset may only name effects");
+    expectError("apply p.json a.exr -o a.png", 2, "a preset may not run the folder 'own' here");
     addText("p.json", R"({"effects": [{"effect": ")" + repeated("own", 200) + R"("}]})");
     expectError("apply p.json a.exr -o a.png", 2, "no effect 'ownown");
     addText("p.json", R"({"effects": [{"effect": "depth_fog", "output": "../../x"}]})");
