@@ -116,6 +116,14 @@ std::vector<std::string> sensorEncodingNames() {
     return names;
 }
 
+// A unit's sign is too short to resemble a name.
+static std::string encodingSuggestion(const std::string& name) {
+    for (const auto& [sign, meant] :
+         {std::pair{"mm", "millimetres"}, {"m", "metres"}, {"cm", "linear:scale_to_metres=.01"}})
+        if (name == sign) return text(" (did you mean '", meant, "'?)");
+    return suggestion(name, depthEncodingNames());
+}
+
 DepthEncoding depthEncodingFromJson(const json& object, const std::string& where) {
     if (!object.is_object()) failIo(where, ": must be an object");
     if (object.contains("encoding") && !object["encoding"].is_string())
@@ -124,7 +132,7 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
     const ReadyMade* base = nullptr;
     for (const ReadyMade& r : readyMade())
         if (name == r.name) base = &r;
-    if (!base) failIo(where, ": there is no depth encoding ", name, suggestion(name, depthEncodingNames()));
+    if (!base) failIo(where, ": there is no depth encoding ", name, encodingSuggestion(name));
     DepthEncoding e = base->encoding;
     std::istringstream required(base->required);
     for (const auto& [key, value] : object.items())

@@ -119,6 +119,9 @@ TEST_F(ApplyErrors, wrongNamesGetTheNearest) {
     expectError(apply + "--set depth_fog.model=exponental", 2, "'exponential'");
     expectError(apply + "--keep transmitance", 2, "'transmittance'");
     expectError(apply + "--depth-encoding tumm", 2, "'tum'");
+    expectError(apply + "--depth-encoding mm", 2, "did you mean 'millimetres'?");
+    expectError(apply + "--depth-encoding m", 2, "did you mean 'metres'?");
+    expectError(apply + "--depth-encoding cm", 2, "did you mean 'linear:scale_to_metres=.01'?");
     expectError(apply + "--camera hieght=2", 2, "'height'");
     expectError("apply depth_fog street.exr -o '{stemm}.png'", 2, "'stem'");
     expectError("aply depth_fog", 2, "'apply'");
