@@ -184,7 +184,7 @@ ParameterValue parseValue(const Parameter& parameter, const json& item, const st
     if (value.numbers.size() != wanted)
         failUsage(at(parameter, where), "needs ", parameter.type == ParameterType::Color ? 3 : wanted,
                   wanted == 1 ? " number, not " : " numbers, not ", value.numbers.size(),
-                  wanted > 1 ? "; on the command line write (a,b,c)" : "");
+                  wanted > 1 ? "; on the command line write '(a,b,c)', in quotes" : "");
     if (parameter.type == ParameterType::Bool && value.numbers[0] != 0 && value.numbers[0] != 1)
         failUsage(at(parameter, where), "must be true or false");
     checkRange(parameter, value, where);

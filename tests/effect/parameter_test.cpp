@@ -79,7 +79,8 @@ TEST(Parameter, NamesWhatIsWrongAndWhatIsRight) {
     EXPECT_TRUE(has(mistake("on", 2), "true or false"));
     EXPECT_TRUE(has(mistake("place", {1, 2}), "needs 3 numbers, not 2"));
     EXPECT_TRUE(has(mistake("tint", "#12345"), "#rrggbb"));
-    EXPECT_TRUE(has(mistake("tint", .5), "needs 3 numbers, not 1; on the command line write (a,b,c)"));
+    EXPECT_TRUE(
+        has(mistake("tint", .5), "needs 3 numbers, not 1; on the command line write '(a,b,c)', in quotes"));
     EXPECT_TRUE(has(mistake("boxes", json::parse("[{}, {}, {}]")), "3 rows, at most 2"));
     EXPECT_TRUE(has(mistake("boxes", json::parse(R"([{}, {"densty": 1}])")),
                     "boxes[1]: no field 'densty' (did you mean 'density'?)"));
