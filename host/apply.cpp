@@ -265,8 +265,8 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
     if (a.keepGoing && batch.tasks.size() > 1)
         failIo(report.failed(), " of ", batch.tasks.size(), " outputs failed, as said above");
     if (finished < batch.tasks.size())
-        firstError += text("; stopped after ", finished, " of ", batch.tasks.size(),
-                           " outputs: --keep-going makes the others");
+        firstError += text("; stopped with ", report.made() + report.upToDate(), " of ", batch.tasks.size(),
+                           " outputs there; --keep-going would try the others");
     throw Error(firstKind, firstError);
 }
 

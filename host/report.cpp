@@ -9,6 +9,14 @@
 
 namespace brume::host {
 
+// What a setting says, as a number or a list of numbers where it is one, so that nobody must parse it again.
+static nlohmann::ordered_json valueOf(const std::string& setting) {
+    const bool isList = setting.starts_with("(") && setting.ends_with(")");
+    auto value = nlohmann::ordered_json::parse(
+        isList ? "[" + setting.substr(1, setting.size() - 2) + "]" : setting, nullptr, false);
+    return value.is_number() || value.is_array() ? value : nlohmann::ordered_json(setting);
+}
+
 void Report::add(const Task& task, const Outcome& outcome) {
     using State = Outcome::State;
     nlohmann::ordered_json entry;
@@ -20,7 +28,7 @@ void Report::add(const Task& task, const Outcome& outcome) {
                      : outcome.state == State::UpToDate ? "up to date"
                                                         : "failed";
     if (!outcome.error.empty()) entry["error"] = outcome.error;
-    for (const auto& [path, value] : task.making.settings) entry["settings"][path] = value;
+    for (const auto& [path, value] : task.making.settings) entry["settings"][path] = valueOf(value);
     if (outcome.state == State::Made) {
         entry["files"] = outcome.files;
         entry["size"] = {outcome.size.width, outcome.size.height};
@@ -36,9 +44,10 @@ void Report::add(const Task& task, const Outcome& outcome) {
 
 std::string Report::summary() const {
     double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    char line[200];
-    std::snprintf(line, sizeof line, "%zu made in %.1f s, %.2f a second, %.1f megapixels/s", made_, seconds,
-                  double(made_) / seconds, megapixels_ / seconds);
+    char line[200] = "0 made";
+    if (made_)
+        std::snprintf(line, sizeof line, "%zu made in %.1f s, %.2f a second, %.1f megapixels/s", made_,
+                      seconds, double(made_) / seconds, megapixels_ / seconds);
     std::string all = line;
     if (upToDate_) all += text("; ", upToDate_, " were up to date");
     if (failed_) all += text("; ", failed_, " failed");

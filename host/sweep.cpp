@@ -10,6 +10,11 @@
 namespace brume::host {
 namespace {
 
+std::string trimmed(const std::string& word) {
+    const size_t begin = word.find_first_not_of(" \t"), end = word.find_last_not_of(" \t");
+    return begin == std::string::npos ? "" : word.substr(begin, end - begin + 1);
+}
+
 std::vector<std::string> splitOutsideBrackets(const std::string& list) {
     std::vector<std::string> parts = {""};
     int depth = 0;
@@ -95,9 +100,9 @@ Sweep parseSweep(const std::string& argument) {
     // An index such as boxes[2] comes before the sign, never a comma.
     if (equals == std::string::npos || equals == 0)
         failUsage("--set ", argument, ": write effect.parameter=value, or several values with commas");
-    Sweep sweep{argument.substr(0, equals), splitOutsideBrackets(argument.substr(equals + 1))};
-    for (const std::string& value : sweep.values)
-        if (value.empty()) failUsage("--set ", argument, ": an empty value");
+    Sweep sweep{trimmed(argument.substr(0, equals)), splitOutsideBrackets(argument.substr(equals + 1))};
+    for (std::string& value : sweep.values)
+        if (value = trimmed(value); value.empty()) failUsage("--set ", argument, ": an empty value");
     return sweep;
 }
 
