@@ -65,7 +65,7 @@ TEST_F(Strangers, aPlainNameIsNoFolderHere) {
                                 "chart mist -o charts", "info mist"})
         expectError(command, 2, "no effect 'mist'; for the folder of that name here, say ./mist");
     addText("p.json", R"({"effects": [{"effect": "mist"}]})");
-    expectError("apply p.json a.exr -o b.exr", 2, "'mist' is a path");
+    expectError("apply p.json a.exr -o b.exr", 2, "no effect 'mist' is known");
     EXPECT_FALSE(fs::exists(path("ran")));
     brume("info ./mist");
     EXPECT_TRUE(fs::exists(path("ran")));  // what is said to be meant is meant
