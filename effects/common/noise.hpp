@@ -56,6 +56,11 @@ inline NoiseLattice noiseLattice(const cv::Vec3d& position, const cv::Vec3d& vel
     return lattice;
 }
 
+/// Cells beyond all int32 come round again.
+[[gnu::always_inline]] inline int32_t wrappedSum(int32_t a, int32_t b) {
+    return int32_t(uint32_t(a) + uint32_t(b));
+}
+
 // 1. the hash of a lattice point, uniform over 32 bits
 [[gnu::always_inline]] inline uint32_t latticeHash(uint32_t x, uint32_t y, uint32_t z, uint32_t seed) {
     uint32_t h = (x * 73856093u) ^ (y * 19349663u) ^ (z * 83492791u) ^ (seed * 2654435769u);
@@ -81,11 +86,12 @@ template <class Real>
     // 3.1 cell and place in it
     const Real floorX = std::floor(x), floorY = std::floor(y), floorZ = std::floor(z);
     const Real fx = x - floorX, fy = y - floorY, fz = z - floorZ;
-    const int32_t cellX = int32_t(floorX) + lattice.cellX, cellY = int32_t(floorY) + lattice.cellY,
-                  cellZ = int32_t(floorZ) + lattice.cellZ;
-    const uint32_t x0 = uint32_t(cellX) & lattice.mask, x1 = uint32_t(cellX + 1) & lattice.mask;
-    const uint32_t y0 = uint32_t(cellY) & lattice.mask, y1 = uint32_t(cellY + 1) & lattice.mask;
-    const uint32_t z0 = uint32_t(cellZ) & lattice.mask, z1 = uint32_t(cellZ + 1) & lattice.mask;
+    const int32_t cellX = wrappedSum(int32_t(floorX), lattice.cellX),
+                  cellY = wrappedSum(int32_t(floorY), lattice.cellY),
+                  cellZ = wrappedSum(int32_t(floorZ), lattice.cellZ);
+    const uint32_t x0 = uint32_t(cellX) & lattice.mask, x1 = (uint32_t(cellX) + 1u) & lattice.mask;
+    const uint32_t y0 = uint32_t(cellY) & lattice.mask, y1 = (uint32_t(cellY) + 1u) & lattice.mask;
+    const uint32_t z0 = uint32_t(cellZ) & lattice.mask, z1 = (uint32_t(cellZ) + 1u) & lattice.mask;
     // 3.2 fade 6t⁵ - 15t⁴ + 10t³
     const Real wx = fx * fx * fx * (fx * (fx * Real(6) - Real(15)) + Real(10));
     const Real wy = fy * fy * fy * (fy * (fy * Real(6) - Real(15)) + Real(10));
@@ -155,9 +161,9 @@ template <class Real>
     const int32_t sideX = 2 * upX - 1, sideY = 2 * upY - 1, sideZ = 2 * upZ - 1;
     // 4.3 their slopes
     auto slope = [&](int32_t x, int32_t y, int32_t z, uint32_t seed, Real px, Real py, Real pz) {
-        const uint32_t hash =
-            latticeHash(uint32_t(cellX + x) & lattice.mask, uint32_t(cellY + y) & lattice.mask,
-                        uint32_t(cellZ + z) & lattice.mask, seed);
+        const uint32_t hash = latticeHash((uint32_t(cellX) + uint32_t(x)) & lattice.mask,
+                                          (uint32_t(cellY) + uint32_t(y)) & lattice.mask,
+                                          (uint32_t(cellZ) + uint32_t(z)) & lattice.mask, seed);
         return latticeSlope(hash, px, py, pz);
     };
     const Real cx = dx - Real(0.5) * Real(sideX), cy = dy - Real(0.5) * Real(sideY),
@@ -175,8 +181,9 @@ template <class Real>
 template <class Real>
 [[gnu::always_inline]] inline Real simplexNoise(Real x, Real y, Real z, const NoiseLattice& lattice) {
     const Real floorX = std::floor(x), floorY = std::floor(y), floorZ = std::floor(z);
-    return simplexInCell(x - floorX, y - floorY, z - floorZ, int32_t(floorX) + lattice.cellX,
-                         int32_t(floorY) + lattice.cellY, int32_t(floorZ) + lattice.cellZ, lattice);
+    return simplexInCell(x - floorX, y - floorY, z - floorZ, wrappedSum(int32_t(floorX), lattice.cellX),
+                         wrappedSum(int32_t(floorY), lattice.cellY),
+                         wrappedSum(int32_t(floorZ), lattice.cellZ), lattice);
 }
 
 // 4.4 The gradients of the fifteen lattice points that simplex noise meets within a cell: where many places
@@ -205,8 +212,9 @@ struct SimplexCell {
 
 inline SimplexCell simplexCell(int32_t cellX, int32_t cellY, int32_t cellZ, const NoiseLattice& lattice) {
     auto hash = [&](int32_t x, int32_t y, int32_t z, uint32_t seed) {
-        return latticeHash(uint32_t(cellX + x) & lattice.mask, uint32_t(cellY + y) & lattice.mask,
-                           uint32_t(cellZ + z) & lattice.mask, seed);
+        return latticeHash((uint32_t(cellX) + uint32_t(x)) & lattice.mask,
+                           (uint32_t(cellY) + uint32_t(y)) & lattice.mask,
+                           (uint32_t(cellZ) + uint32_t(z)) & lattice.mask, seed);
     };
     const uint32_t halfSeed = lattice.seed ^ 0x68e31da4u;
     SimplexCell cell;
