@@ -10,12 +10,19 @@ vec4 finiteFetch(sampler2D image, ivec2 p) {
 
 const ivec2 alongRow = ivec2(1, 0), alongColumn = ivec2(0, 1);
 
-// 1. The FIR of `taps`, along rows or columns.
+// 1. The FIR of `taps`, along rows or columns; in short sums, as thousands of terms of about one size in one
+// fp32 sum are each rounded the same way.
+const int longestSum = 128;
 vec4 fir(sampler2D image, ivec2 p, ivec2 along) {
-    vec4 sum = taps[0] * finiteFetch(image, p);
-    for (int t = 1; t <= reach; t++)
+    vec4 whole = vec4(0), sum = taps[0] * finiteFetch(image, p);
+    for (int t = 1; t <= reach; t++) {
+        if (t % longestSum == 0) {
+            whole += sum;
+            sum = vec4(0);
+        }
         sum += taps[t] * (finiteFetch(image, p - t * along) + finiteFetch(image, p + t * along));
-    return sum;
+    }
+    return whole + sum;
 }
 
 // 2. Decimated: the prefilter round every factor-th pixel; the small image has `smallMargin` px more on each side.

@@ -3,6 +3,8 @@
 // bits whatever thread, tile or vector width computed it.
 #pragma once
 
+#include <algorithm>
+
 #include "effect/kit/math.hpp"
 
 namespace blur {
@@ -18,6 +20,10 @@ struct Fours {
 struct Ones {
     typedef One Vector;
 };
+
+/// Taps that one fp32 sum takes; longer filters add up such sums. Thousands of terms of about one size in one
+/// sum are each rounded the same way: a constant came out 3e-5 too small.
+constexpr int longestSum = 256;
 
 // out[i] = Σ taps[t]·line[i + t], in pixels: taps 0, 4, 8, ..., then 1, 5, 9, ..., and so on. Vectors four
 // pixels apart take turns being multiplied by the taps four apart.
@@ -38,8 +44,8 @@ BRUME_INLINE void alongBlock(float* out, const float* line, const float* taps, i
     }
     for (int k = 0; k < vectors; k++) *(Vector*)(out + floats * k) = a[k];
 }
-BRUME_VECTORISE static void firAlong(float* out, const float* line, const float* taps, int tapCount,
-                                     int pixels, const float* next) {
+BRUME_VECTORISE static void firAlongShort(float* out, const float* line, const float* taps, int tapCount,
+                                          int pixels, const float* next) {
     int i = 0;
     for (; i + 32 <= pixels; i += 32) {
         for (int k = 0; k < 8; k++) __builtin_prefetch(next + 4 * i + 16 * k);
@@ -48,6 +54,19 @@ BRUME_VECTORISE static void firAlong(float* out, const float* line, const float*
     for (; i + 16 <= pixels; i += 16) alongBlock<4, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
     for (; i + 4 <= pixels; i += 4) alongBlock<1, Fours>(out + 4 * i, line + 4 * i, taps, tapCount);
     for (; i < pixels; i++) alongBlock<1, Ones>(out + 4 * i, line + 4 * i, taps, tapCount);
+}
+
+static inline void firAlong(float* out, const float* line, const float* taps, int tapCount, int pixels,
+                            const float* next) {
+    firAlongShort(out, line, taps, std::min(tapCount, longestSum), pixels, next);
+    constexpr int stretch = 64;
+    float sum[4 * stretch];
+    for (int t = longestSum; t < tapCount; t += longestSum)
+        for (int i = 0; i < pixels; i += stretch) {
+            const int count = std::min(stretch, pixels - i);
+            firAlongShort(sum, line + 4 * (i + t), taps + t, std::min(tapCount - t, longestSum), count, line);
+            for (int k = 0; k < 4 * count; k++) out[4 * i + k] += sum[k];
+        }
 }
 
 /// Rows that one call of firAcross may give.
@@ -96,13 +115,30 @@ BRUME_INLINE void acrossGroup(float* const* out, const float* const* rows, const
         for (int i = at; i < floats; i += 4) acrossOne<Ones>(out[k], rows + k, taps, tapCount, i);
 }
 
-// out[k] = Σ taps[t]·rows[k + t] for `count` <= acrossRows outputs, taps in rising order.
-BRUME_VECTORISE static void firAcross(float* const* out, int count, const float* const* rows,
-                                      const float* taps, int tapCount, int floats) {
+BRUME_VECTORISE static void firAcrossShort(float* const* out, int count, const float* const* rows,
+                                           const float* taps, int tapCount, int floats) {
     int k = 0;
     for (; k + 8 <= count && tapCount >= 8; k += 8) acrossGroup<8>(out + k, rows + k, taps, tapCount, floats);
     for (; k + 4 <= count && tapCount >= 4; k += 4) acrossGroup<4>(out + k, rows + k, taps, tapCount, floats);
     for (; k < count; k++) acrossGroup<1>(out + k, rows + k, taps, tapCount, floats);
+}
+
+// out[k] = Σ taps[t]·rows[k + t] for `count` <= acrossRows outputs, taps in rising order.
+static inline void firAcross(float* const* out, int count, const float* const* rows, const float* taps,
+                             int tapCount, int floats) {
+    firAcrossShort(out, count, rows, taps, std::min(tapCount, longestSum), floats);
+    constexpr int stretch = 256;
+    float sums[acrossRows][stretch], *to[acrossRows];
+    const float* from[acrossRows + longestSum];
+    for (int k = 0; k < count; k++) to[k] = sums[k];
+    for (int t = longestSum; t < tapCount; t += longestSum)
+        for (int i = 0; i < floats; i += stretch) {
+            const int width = std::min(stretch, floats - i), taken = std::min(tapCount - t, longestSum);
+            for (int k = 0; k < count - 1 + taken; k++) from[k] = rows[t + k] + i;
+            firAcrossShort(to, count, from, taps + t, taken, width);
+            for (int k = 0; k < count; k++)
+                for (int x = 0; x < width; x++) out[k][i + x] += sums[k][x];
+        }
 }
 
 }  // namespace blur
