@@ -283,7 +283,9 @@ void reference(const HeightFog& p, const ReferenceContext& c, std::span<const cv
                                 std::abs(p.falloff2 * (eye - p.height2)), p.falloff * dy, p.falloff2 * dy})
                     : 0;
             if (std::isfinite(L)) {
-                for (int sign : {-1, 1}) against(referenceDepth(p, eye + sign * 4 * epsilon * dy, L, up, n));
+                const double held = heldHeight(p, eye, L * up);
+                for (int sign : {-1, 1})
+                    against(referenceDepth(p, eye + sign * 4 * epsilon * held, L, up, n));
                 take();
                 against(depth * (1 + 4 * epsilon * (1 + exponent)) +
                         4 * epsilon * L * referenceDensity(p, eye + L * up, n));
@@ -306,7 +308,9 @@ void reference(const HeightFog& p, const ReferenceContext& c, std::span<const cv
             pixel.allowance = std::max(pixel.allowance, sum * reach);
             pixel.transmittanceAllowance = std::max(pixel.transmittanceAllowance, sum);
             if (std::isfinite(L) && !approximate.isExact()) {
-                against(approximate(eye, L, up, n));
+                const double own = approximate(eye, L, up, n);
+                against(own);
+                change += own * std::exp(-own) * approximate.roundingOfSum();
                 pixel.methodError = std::max(pixel.methodError, change * reach);
                 pixel.transmittanceMethodError = std::max(pixel.transmittanceMethodError, change);
             }

@@ -104,6 +104,22 @@ inline double referenceDepth(const HeightFog& p, double eye, double L, double up
     return referenceIntegral(p, std::min(eye, eye + dy), std::max(eye, eye + dy), n) * L / std::abs(dy);
 }
 
+/// The largest of the differences of height that fp32 has to hold, in m: to the way's end, and to the points
+/// of a ramp between which the way goes. (Above a point of great density, 4 ulp of its height are much of the
+/// little that is left where the ramp ends.)
+inline double heldHeight(const HeightFog& p, double eye, double dy) {
+    double below = 0, above = 0;
+    if (p.profile == Profile::ramp) {
+        const double low = std::min(eye, eye + dy), high = std::max(eye, eye + dy);
+        below = above = HUGE_VAL;
+        for (const auto& r : p.ramp) {
+            if (r.height <= low) below = std::min(below, eye - r.height);
+            if (r.height >= high) above = std::min(above, r.height - eye);
+        }
+    }
+    return std::max({std::abs(dy), std::isfinite(below) ? below : 0, std::isfinite(above) ? above : 0});
+}
+
 /// The methods that only approximate it, in fp64 and as the papers write them: how far each may be off.
 class ApproximateDepth {
   public:
@@ -142,12 +158,18 @@ class ApproximateDepth {
             const double dy = L * up * (k + .5) / p_.steps, density = referenceDensity(p_, eye + dy, n);
             double change = 0;
             for (double ulps : {-4, 4}) {
-                const double shifted = eye + dy * (1 + ulps * std::numeric_limits<float>::epsilon());
+                const double shifted =
+                    eye + dy + ulps * std::numeric_limits<float>::epsilon() * heldHeight(p_, eye, dy);
                 change = std::max(change, std::abs(referenceDensity(p_, shifted, n) - density));
             }
             sum += change;
         }
         return L * sum / p_.steps;
+    }
+
+    /// Of a depth: what fp32 may round away of a sum of so many steps, of about one size.
+    double roundingOfSum() const {
+        return p_.method == march ? .25 * p_.steps * std::numeric_limits<float>::epsilon() : 0;
     }
 
   private:
