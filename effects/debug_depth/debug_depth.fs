@@ -18,7 +18,7 @@
     {"NAME": "logNearest", "TYPE": "float", "FROM": ["nearest"]},
     {"NAME": "inverseOctaves", "TYPE": "float", "FROM": ["nearest", "farthest"]}
   ],
-  "TOLERANCE": {"ABS": 2e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.09,
+  "TOLERANCE": {"ABS": 2e-6, "REL": 2e-5, "REFERENCE": 2e-6, "MEASURED": 0.31,
                 "REASON": "GLSL's log2 may be off by 2e-6 absolute where it crosses 0, as on Mesa"},
   "CHART": {
     "CASES": [
