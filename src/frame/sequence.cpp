@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "error.hpp"
@@ -276,7 +277,7 @@ std::vector<FrameFiles> pairByNearestTime(const std::vector<FrameFiles>& frames,
     return paired;
 }
 
-/// By equal stem, else by number, else by time.
+/// By equal stem, else by time, else by number.
 std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vector<DepthFile>& depths,
                                  const std::string& name) {
     std::map<std::string, std::string> byStem;
@@ -306,7 +307,12 @@ std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vect
         return frames;
     }
     if (timed) return pairByNearestTime(frames, depths, name);
-    const bool numbersDiffer = byNumber.size() == depths.size();
+    // left_0001 and right_0001 are two views: a depth of that number belongs to one of them at most.
+    std::set<long> numbers;
+    size_t numbered = 0;
+    for (const FrameFiles& f : frames)
+        if (const auto number = numberOf(f.color)) numbered++, numbers.insert(*number);
+    const bool numbersDiffer = byNumber.size() == depths.size() && numbers.size() == numbered;
     if (numbersDiffer && allHave(numberDepth)) {
         for (FrameFiles& f : frames) f.depth = numberDepth(f);
         return frames;

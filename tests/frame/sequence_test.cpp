@@ -72,6 +72,14 @@ TEST_F(Sequences, AMissingDepthConcernsItsFrameOnly) {
               std::string::npos);
 }
 
+TEST_F(Sequences, TwoViewsOfOneNumberDoNotShareADepth) {
+    touch({"rgb/left_1.png", "rgb/left_2.png", "rgb/right_1.png", "rgb/right_2.png", "z/1.exr", "z/2.exr"});
+    EXPECT_NE(
+        sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, file("z")); }).find("no depth of the same"),
+        std::string::npos);
+    for (const FrameFiles& f : expandFrames({file("rgb/left_*.png")}, file("z"))) EXPECT_EQ(f.missing, "");
+}
+
 TEST_F(Sequences, Patterns) {
     touch({"s.0001.exr", "s.0002.exr", "s.0010.exr", "s.12345.exr", "s.003.exr", "s.abcd.exr", "t.0001.exr"});
     EXPECT_EQ(expanded({file("s.####.exr")}),
