@@ -5,15 +5,17 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <sstream>
 
 #include "commands.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
+#include "frame/image_file.hpp"
+#include "frame/pending_file.hpp"
 #include "frame/resolve.hpp"
 #include "frame/sequence.hpp"
 #include "measure/bench.hpp"
@@ -25,6 +27,7 @@
 namespace brume::host {
 namespace {
 
+constexpr int mostMebibytes = 64;  // of cases that are there already
 const char* const heading =
     "effect,set,frame,size,choice,predicted,measured,worst_pixel,kept,left_out,plan_ms,chosen_ms,best_ms,"
     "ratio,best,values,why";
@@ -144,13 +147,11 @@ void checkPlans(const PlanArguments& a, const std::vector<std::string>& names, u
     if (effects.empty()) failUsage("check --plan: none of these effects has a plan and a reference");
     const std::vector<FramePair> frames = framesOf(a);
     auto cpu = makeCpuRunner();
-    std::ofstream csv;
-    if (!a.csv.empty()) {
-        const bool isNew = !isThere(a.csv);
-        csv.open(a.csv, std::ios::app);
-        if (!csv) failIo("--csv: '", a.csv, "' cannot be written");
-        if (isNew) csv << heading << "\n";
-    }
+    std::optional<GrowingFile> csv;
+    if (!a.csv.empty())
+        csv.emplace(a.csv, isThere(a.csv) && !std::filesystem::is_empty(a.csv)
+                               ? readText(a.csv, mostMebibytes)
+                               : text(heading, "\n"));
     std::cout << cpu->describe() << "; sets " << a.first << " to " << a.first + a.count - 1 << " of seed "
               << seed << ", " << frames.size() << " frames of " << a.size << "\n";
     std::map<std::string, Summary> summaries;
@@ -172,7 +173,7 @@ void checkPlans(const PlanArguments& a, const std::vector<std::string>& names, u
                 a.isTimed ? timePlan(*cpu, set, frames[k], pixels) : checkPlan(*cpu, set, frames[k], pixels);
             summaries[check.effect].add(check);
             all.add(check);
-            if (csv.is_open()) csv << lineOf(check, frames[k].size()) << std::endl;
+            if (csv) csv->append(text(lineOf(check, frames[k].size()), "\n"));
             if (check.keptPromise()) continue;
             broken++;
             progress.say(text(check.effect, ", set ", set.number, " on ", check.frame, ": ", check.choice,

@@ -12,7 +12,9 @@
 #include "error.hpp"
 #include "frame/color_encoding.hpp"
 #include "frame/pending_file.hpp"
+#include "printable.hpp"
 #include "reshade_preset.hpp"
+#include "strict_json.hpp"
 
 namespace brume::host {
 namespace {
@@ -187,16 +189,27 @@ double farPlane(ReshadePreset& preset, std::optional<double> given, std::string&
 
 std::string written(const ReshadePreset& preset, const Conversion& c, const std::string& note) {
     const std::string name = std::filesystem::path(preset.path).stem().string();
+    // Whatever the names and values are, each comment ends where its line does.
+    const auto comment = [](const std::string& words) { return "// " + printableLine(words) + "\n"; };
     std::string out =
-        "// From the ReShade preset " + std::filesystem::path(preset.path).filename().string() + ".\n";
-    if (!note.empty()) out += "// Its " + note + "\n";
-    for (const std::string& lost : c.lost) out += "// Not carried: " + lost + "\n";
-    out += "{\n  \"name\": " + Json(name).dump() + ",\n  \"effects\": [\n";
+        comment("From the ReShade preset " + std::filesystem::path(preset.path).filename().string() + ".");
+    if (!note.empty()) out += comment("Its " + note);
+    for (const std::string& lost : c.lost) out += comment("Not carried: " + lost);
+    out += "{\n  \"name\": " + shownJson(name) + ",\n  \"effects\": [\n";
     for (const Json& step : c.steps) {
         std::string line = step.dump(-1, ' ', false, Json::error_handler_t::replace);
         out += "    " + line + (&step == &c.steps.back() ? "\n" : ",\n");
     }
     return out + "  ]\n}\n";
+}
+
+// Together far within what readPreset takes, even with each byte shown as four.
+void shorten(std::vector<std::string>& lost) {
+    constexpr size_t mostLines = 1000, mostBytes = 500;
+    const size_t all = lost.size();
+    lost.resize(std::min(all, mostLines));
+    for (std::string& line : lost) line = shortened(line, mostBytes);
+    if (all > mostLines) lost.push_back(text(all - mostLines, " more"));
 }
 
 }  // namespace
@@ -235,6 +248,7 @@ ConvertedPreset convertPreset(const ReshadePreset& given, std::optional<double> 
         for (const Known& known : table) names += std::string(names.empty() ? "" : ", ") + known.technique;
         failUsage(preset.path, ": no technique that is on makes something brume has; it knows ", names);
     }
+    shorten(c.lost);
     if (!c.usesFar) result.note.clear();
     result.text = written(preset, c, result.note);
     result.lost = c.lost;

@@ -20,10 +20,7 @@ namespace {
 
 int fail(const std::string& sentence, ErrorKind kind) {
     // A file may quote itself at any length.
-    constexpr size_t most = 4000;
-    std::string shown = sentence;
-    if (shown.size() > most) shown.replace(most / 2, shown.size() - most, " ... ");
-    std::cerr << "brume: " << host::printable(shown) << "\n";
+    std::cerr << "brume: " << host::printable(host::shortened(sentence, 4000)) << "\n";
     return int(kind);
 }
 

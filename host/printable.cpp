@@ -51,6 +51,18 @@ std::string printable(const std::string& text) {
     return shown;
 }
 
+std::string printableLine(const std::string& text) {
+    std::string line;
+    for (char c : printable(text))
+        line += c == '\n' || c == '\r' ? code(static_cast<unsigned char>(c)) : std::string(1, c);
+    return line;
+}
+
+std::string shortened(std::string text, size_t most) {
+    if (text.size() > most) text.replace(most / 2, text.size() - most, " ... ");
+    return text;
+}
+
 PrintableOutput::PrintableOutput()
     : lines_(std::make_unique<Lines>(std::cout.rdbuf())), before_(std::cout.rdbuf(lines_.get())) {}
 

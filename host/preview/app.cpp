@@ -50,7 +50,7 @@ App::App(const PreviewOptions& given, Settings remembered)
       session(EffectRegistry::standard()),
       isSoftware(drawsInSoftware(window)) {
     session.say("F1 shows keys and gestures");
-    if (!options.trace.empty()) trace_.open(options.trace);
+    if (!options.trace.empty()) trace_.emplace(options.trace, "");
     settings.tab += "!";  // the one to open
     if (!options.words.frames.empty()) session.openFrames(options.words);
     if (!options.preset.empty()) session.openPreset(options.preset);
@@ -333,14 +333,15 @@ void App::presented(Clock::time_point) {
                     : 0;
     if (latency < 0) return;
     lastLatency = latency;
-    if (trace_.is_open())
-        trace_ << nlohmann::json{{"revision", shownRevision_},
-                                 {"input_to_picture_ms", latency},
-                                 {"scale", rendered->scale},
-                                 {"hurried", rendered->job.isHurried},
-                                 {"run_ms", rendered->runMilliseconds},
-                                 {"show_ms", rendered->showMilliseconds}}
-               << std::endl;
+    if (trace_)
+        trace_->append(nlohmann::json{{"revision", shownRevision_},
+                                      {"input_to_picture_ms", latency},
+                                      {"scale", rendered->scale},
+                                      {"hurried", rendered->job.isHurried},
+                                      {"run_ms", rendered->runMilliseconds},
+                                      {"show_ms", rendered->showMilliseconds}}
+                           .dump() +
+                       "\n");
 }
 
 void App::writeState() {

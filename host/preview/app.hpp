@@ -2,10 +2,11 @@
 #pragma once
 
 #include <deque>
-#include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "frame/pending_file.hpp"
 #include "preview/frame_loader.hpp"
 #include "preview/options.hpp"
 #include "preview/picture_view.hpp"
@@ -114,7 +115,7 @@ class App {
     uint64_t seenRevision_ = 0, shownRevision_ = 0;
     std::pair<uint64_t, const void*> effectiveOf_{};
     std::deque<Clock::time_point> shown_;
-    std::ofstream trace_;
+    std::optional<GrowingFile> trace_;
     Clock::time_point nextPoll_{};
     int redraws_ = 3;
     std::string title_;

@@ -3,8 +3,8 @@
 #include <imgui.h>
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
+
+#include "frame/pending_file.hpp"
 
 namespace brume::preview {
 
@@ -26,11 +26,10 @@ void UiState::endFrame() {
                        std::lround(area.height)};
     nlohmann::json all = values_;
     all["items"] = items;
-    std::string text = all.dump(1);
+    // A frame's name may be no UTF-8.
+    std::string text = all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
     if (text == written_) return;
-    const std::string pending = path_ + ".part";
-    std::ofstream(pending, std::ios::binary) << text << "\n";
-    std::rename(pending.c_str(), path_.c_str());
+    writeWhole(path_, text + "\n");
     written_ = std::move(text);
 }
 

@@ -56,4 +56,20 @@ void writeWhole(const std::string& target, const std::string& content) {
     pending.commit();
 }
 
+GrowingFile::GrowingFile(const std::string& target, const std::string& beginning) : target_(target) {
+    writeWhole(target, beginning);
+    file_ = open(target.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW);
+    if (file_ < 0) failIo(target, ": cannot be written: ", std::strerror(errno));
+}
+
+GrowingFile::~GrowingFile() { close(file_); }
+
+void GrowingFile::append(const std::string& piece) {
+    for (size_t done = 0; done < piece.size();) {
+        const ssize_t count = write(file_, piece.data() + done, piece.size() - done);
+        if (count < 0) failIo(target_, ": cannot be written: ", std::strerror(errno));
+        done += size_t(count);
+    }
+}
+
 }  // namespace brume

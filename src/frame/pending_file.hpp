@@ -1,4 +1,4 @@
-// A file that appears under its name only when it is whole.
+// Files that follow no link: one that appears under its name only when it is whole, and one that grows.
 #pragma once
 
 #include <string>
@@ -26,5 +26,21 @@ class PendingFile {
 
 /// Such a file of this content.
 void writeWhole(const std::string& target, const std::string& content);
+
+/// Begins as such a file, then takes one piece after another, each in it as soon as append() returns. Throws
+/// Error (Io).
+class GrowingFile {
+  public:
+    GrowingFile(const std::string& target, const std::string& beginning);
+    ~GrowingFile();
+    GrowingFile(const GrowingFile&) = delete;
+    GrowingFile& operator=(const GrowingFile&) = delete;
+
+    void append(const std::string& piece);
+
+  private:
+    std::string target_;
+    int file_;
+};
 
 }  // namespace brume

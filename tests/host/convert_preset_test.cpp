@@ -4,6 +4,7 @@
 
 #include "cpu/cpu_runner.hpp"
 #include "effect/preset.hpp"
+#include "error.hpp"
 #include "frame/color_encoding.hpp"
 #include "host/program.hpp"
 
@@ -115,6 +116,37 @@ TEST_F(ConvertPreset, FogIsWhatTheFormulaSays) {
             }
         EXPECT_LT(worst, 2e-6) << name;  // 2.7e-7 measured; the preset's six digits allow 1e-6
     }
+}
+
+// Whatever a stranger's preset holds, what is written is a preset.
+TEST_F(ConvertPreset, NamesAndValuesStayWithinTheirComments) {
+    const std::string ini = "Techniques=SpiritFog\n[SpiritFog.fx]\nFogStart=0.1\n";
+    const std::string ends = "A=1\r{\"effects\": [{\"effect\": \"blend\"}]}\rB=\x1b[31m\n";
+    for (const std::string name : {"plain.ini", "two\nlines.ini", "no\xffutf8.ini"}) {
+        addText(name, ini + ends);
+        const auto ran = brume("convert-preset '" + name + "' -o made.json");
+        ASSERT_EQ(ran.status, 0) << ran.err;
+        EXPECT_THAT(test::bytesOf(path("made.json")), HasSubstr("A=1\\x0d{\"effects\"")) << name;
+        EXPECT_EQ(readPreset(path("made.json"), EffectRegistry::standard()).steps.size(), 1u) << name;
+    }
+}
+
+TEST_F(ConvertPreset, ALongListOfWhatIsLostDoesNotMakeThePresetTooLong) {
+    std::string keys, sections;
+    for (int k = 0; k < 200'000; k++) {
+        keys += text("key", k, "=1\n");
+        sections += text("[", k, "]\na=1\n");
+    }
+    std::string control;
+    for (int k = 0; k < 1000; k++) control += text("key", k, "=", std::string(3000, 1), "\n");
+    for (const std::string& rest : {keys, sections, control, "key=" + std::string(4'000'000, 'x')}) {
+        addText("long.ini", "Techniques=SpiritFog\n[SpiritFog.fx]\n" + rest);
+        const auto ran = brume("convert-preset long.ini -o long.json");
+        ASSERT_EQ(ran.status, 0) << ran.err;
+        EXPECT_EQ(readPreset(path("long.json"), EffectRegistry::standard()).steps.size(), 1u);
+    }
+    addText("long.ini", "Techniques=SpiritFog\n[SpiritFog.fx]\n" + keys);
+    EXPECT_THAT(brume("convert-preset long.ini").out, HasSubstr("// Not carried: 199000 more\n"));
 }
 
 TEST_F(ConvertPreset, MistakesAreNamed) {

@@ -131,7 +131,8 @@ TEST_F(Strangers, noOutputOfOtherCommandsFollowsALink) {
          {"charts/stability.debug_depth.csv", "charts/stability.debug_depth.svg"}},
         {"convert-preset p.ini -o p.json", {"p.json"}},
         {"convert a.exr -o b.exr", {"b.exr"}},
-        {"inspect a.exr --picture c.png", {"c.png"}}};
+        {"inspect a.exr --picture c.png", {"c.png"}},
+        {"check depth_fog --plan --sets 1 --frame a.exr --csv d.csv", {"d.csv"}}};
     fs::create_directories(path("charts"));
     for (const auto& [command, outputs] : commands) {
         for (const std::string& name : outputs) fs::create_symlink(path("precious"), path(name));

@@ -131,6 +131,13 @@ TEST_F(PreviewWindow, AScreenshotThatCannotBeMadeEndsWithASentence) {
     EXPECT_EQ(refusal("frame.exr depth_fog --screenshot shot.png", 0), "");
     EXPECT_EQ(bytesOf(path("precious")), "keep me");
     EXPECT_FALSE(std::filesystem::is_symlink(path("shot.png")));
+    for (const char* name : {"state.json", "trace.jsonl"})
+        std::filesystem::create_symlink("precious", path(name));
+    EXPECT_EQ(refusal("frame.exr depth_fog --screenshot shot.png --state state.json --trace trace.jsonl", 0),
+              "");
+    EXPECT_EQ(bytesOf(path("precious")), "keep me");
+    EXPECT_THAT(bytesOf(path("state.json")), HasSubstr("\"items\""));
+    EXPECT_FALSE(std::filesystem::is_symlink(path("trace.jsonl")));
 }
 
 }  // namespace
