@@ -28,9 +28,9 @@ std::string padded(size_t number, const std::string& width) {
 
 /// What is filled in may be "..", and a folder that was there before may be a symbolic link.
 void requireInside(const std::string& name, const std::string& folder) {
-    const fs::path root = fs::weakly_canonical(folder),
-                   place = fs::weakly_canonical(
-                       fs::path(name).has_parent_path() ? fs::path(name).parent_path() : ".");
+    // What is not there is canonical only from the root on.
+    const fs::path root = fs::weakly_canonical(fs::absolute(folder)),
+                   place = fs::weakly_canonical(fs::absolute(name).parent_path());
     if (std::mismatch(root.begin(), root.end(), place.begin(), place.end()).first != root.end())
         failUsage("-o: '", name, "' leads out of the folder '", folder, "', to '", place.string(), "'");
 }

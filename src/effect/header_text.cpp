@@ -1,6 +1,5 @@
 // From an effect file's text to its description, and the description's simple values.
 #include <cctype>
-#include <regex>
 
 #include "effect/header_parts.hpp"
 #include "effect/sloppy_json.hpp"
@@ -96,8 +95,21 @@ namespace {
 
 // Foreign files may leave out the dollar of a name.
 std::string withDollars(const std::string& expression) {
-    static const std::regex bare(R"((^|[^$\w.])([A-Za-z_]\w*)(?!\s*\(|\w))");
-    return std::regex_replace(expression, bare, "$1$$$2");
+    const auto isWord = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+    std::string result;
+    for (size_t at = 0; at < expression.size();) {
+        size_t end = at;
+        while (end < expression.size() && isWord(expression[end])) end++;
+        const size_t next = std::min(expression.find_first_not_of(" \t\r\n\f\v", end), expression.size());
+        const bool isName = end > at && !std::isdigit(static_cast<unsigned char>(expression[at])),
+                   isCalled = next < expression.size() && expression[next] == '(';
+        if (isName && !isCalled && (at == 0 || (expression[at - 1] != '$' && expression[at - 1] != '.')))
+            result += '$';
+        end = std::max(end, at + 1);
+        result += expression.substr(at, end - at);
+        at = end;
+    }
+    return result;
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t mostBytes = 8 << 20;
+constexpr size_t mostBytes = 8 << 20, deepest = 64;
 
 struct Expander {
     const std::vector<std::string>& includePath;
@@ -70,6 +70,9 @@ struct Expander {
                 failUsage(from, ":", line, ": #include \"", name, "\" includes itself");
             if (std::find(done.begin(), done.end(), path) != done.end()) return;
             done.push_back(path);
+            if (open.size() > deepest)
+                failUsage(from, ":", line, ": #include \"", name, "\" is nested deeper than ", deepest,
+                          " files");
             if (fs::file_size(path) > mostBytes) failUsage(path, ": an included file is over 8 MiB");
             std::ifstream in(path, std::ios::binary);
             add(path, std::string((std::istreambuf_iterator<char>(in)), {}), 1);

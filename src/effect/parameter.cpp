@@ -166,7 +166,7 @@ ParameterValue parseValue(const Parameter& parameter, const json& item, const st
             return choiceNamed(parameter, word, where);
         failUsage(at(parameter, where), "'", word, "' is not a number (units are left out)");
     }
-    if (item.is_boolean())
+    if (item.is_boolean() && parameter.type == ParameterType::Bool)
         value.numbers = {item.get<bool>() ? 1. : 0.};
     else if (item.is_number())
         value.numbers = {item.get<double>()};

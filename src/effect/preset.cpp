@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <optional>
 
 #include "effect/effect_path.hpp"
 #include "effect/install_root.hpp"
@@ -239,10 +239,33 @@ std::string writePreset(const Chain& chain) {
     return preset.dump(2) + "\n";
 }
 
+namespace {
+
+// effect.parameter or effect.list[0].field; the latter has a row.
+struct ParameterPath {
+    std::string step, name, row, field;
+};
+
+std::optional<ParameterPath> parseParameterPath(const std::string& path) {
+    std::vector<std::string> words(1);
+    std::string separators;
+    for (char c : path)
+        if (c == '.' || c == '[' || c == ']')
+            separators += c, words.emplace_back();
+        else
+            words.back() += c;
+    if ((separators != "." && separators != ".[].") || words[0].empty() || words[1].empty()) return {};
+    if (separators == ".") return ParameterPath{words[0], words[1], "", ""};
+    const bool isRow = !words[2].empty() && words[2].find_first_not_of("0123456789") == std::string::npos;
+    if (!isRow || !words[3].empty() || words[4].empty()) return {};
+    return ParameterPath{words[0], words[1], words[2], words[4]};
+}
+
+}  // namespace
+
 void setParameter(Chain& chain, const std::string& path, const std::string& argument) {
-    std::smatch match;
-    static const std::regex form(R"(([^.\[\]]+)\.([^.\[\]]+)(\[(\d+)\]\.([^.\[\]]+))?)");
-    if (!std::regex_match(path, match, form)) {
+    const std::optional<ParameterPath> parsed = parseParameterPath(path);
+    if (!parsed) {
         std::vector<std::string> bare, whole;  // "visibility" without its effect
         for (const Step& candidate : chain.steps)
             for (const Parameter& p : candidate.effect->header.parameters)
@@ -254,7 +277,7 @@ void setParameter(Chain& chain, const std::string& path, const std::string& argu
         failUsage("--set ", path, ": write effect.parameter=value or effect.list[0].field=value",
                   meant.empty() ? "" : " (did you mean '" + meant + "'?)");
     }
-    std::string id = match[1], name = match[2];
+    const auto& [id, name, rowWord, fieldName] = *parsed;
     std::vector<std::string> ids, names;
     Step* step = nullptr;
     for (auto& candidate : chain.steps) {
@@ -268,21 +291,21 @@ void setParameter(Chain& chain, const std::string& path, const std::string& argu
     if (!parameter)
         failUsage("--set ", path, ": ", id, " has no parameter '", name, "'", suggestion(name, names));
     step->given.insert(name);
-    if (!match[3].matched) {
+    if (rowWord.empty()) {
         step->values[name] = parseArgument(*parameter, argument, "--set " + id);
         return;
     }
     if (parameter->type != ParameterType::List) failUsage("--set ", path, ": ", name, " is no list");
     auto& rows = step->values[name].rows;
-    size_t row = match[4].length() > 6 ? size_t(-1) : std::stoul(match[4]);
+    size_t row = rowWord.size() > 6 ? size_t(-1) : std::stoul(rowWord);
     if (row >= rows.size())
         failUsage("--set ", path, ": the list has ", rows.size(), " rows, counted from 0");
     names.clear();
     for (const auto& field : parameter->fields) names.push_back(field.name);
-    const Parameter* field = findParameter(parameter->fields, match[5]);
+    const Parameter* field = findParameter(parameter->fields, fieldName);
     if (!field)
-        failUsage("--set ", path, ": ", name, " has no field '", match[5].str(), "'",
-                  suggestion(match[5], names));
+        failUsage("--set ", path, ": ", name, " has no field '", fieldName, "'",
+                  suggestion(fieldName, names));
     rows[row][field->name] = parseArgument(*field, argument, "--set " + id + "." + name);
 }
 

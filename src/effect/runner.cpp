@@ -125,7 +125,7 @@ int evaluateSize(const SizeExpression& expression, const std::map<std::string, d
     if (!std::isfinite(size) || size > 1 << 24)
         failUsage("size expression '", expression.source(), "' gives ", size,
                   "; a size of at most 16777216 is needed");
-    return std::max(1, int(std::floor(size)));
+    return int(std::max(1., std::floor(size)));
 }
 
 std::map<std::string, double> passVariables(const Step& step, cv::Size size, const DerivedValues& derived) {

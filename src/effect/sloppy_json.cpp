@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <regex>
 
 namespace brume {
 
@@ -19,6 +18,41 @@ size_t utf8Length(const std::string& text, size_t place) {
     const bool isOverlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
     const bool isSurrogate = first == 0xed && second >= 0xa0, isTooLarge = first == 0xf4 && second >= 0x90;
     return isOverlong || isSurrogate || isTooLarge ? 0 : length;
+}
+
+// JSON's form of a number that has signs, zeros and endings that JSON's have not; empty if the word is none.
+// By hand: std::regex takes stack for every character.
+std::string numberIn(const std::string& word) {
+    size_t at = 0;
+    const auto isNext = [&](std::string_view any) {
+        return at < word.size() && any.find(word[at]) != std::string_view::npos;
+    };
+    const auto takeAll = [&](std::string_view any) {
+        const size_t begin = at;
+        while (isNext(any)) at++;
+        return word.substr(begin, at - begin);
+    };
+    const std::string_view digits = "0123456789";
+    const std::string sign = isNext("-") ? "-" : "";
+    if (isNext("+-")) at++;
+    const bool beginsWithZero = !takeAll("0").empty();
+    const std::string whole = takeAll(digits);
+    std::string fraction, exponent;
+    if (isNext(".")) {
+        at++;
+        fraction = takeAll(digits);
+    }
+    if (!beginsWithZero && whole.empty() && fraction.empty()) return "";
+    if (isNext("eE")) {
+        at++;
+        exponent = isNext("+-") ? std::string(1, word[at++]) : "";
+        const std::string power = takeAll(digits);
+        if (power.empty()) return "";
+        exponent = "e" + exponent + power;
+    }
+    if (isNext("fF")) at++;
+    if (at < word.size()) return "";
+    return sign + (whole.empty() ? "0" : whole) + (fraction.empty() ? "" : "." + fraction) + exponent;
 }
 
 class Repair {
@@ -131,13 +165,7 @@ class Repair {
 
     // A number or a literal in JSON's own form; any other word as a string.
     static std::string plain(const std::string& word) {
-        static const std::regex number(R"(([+-]?)0*([0-9]*)(\.[0-9]*)?([eE][+-]?[0-9]+)?[fF]?)");
-        std::smatch match;
-        if (word.find_first_of("0123456789") != std::string::npos && std::regex_match(word, match, number)) {
-            const std::string whole = match[2], fraction = match[3], exponent = match[4];
-            return (match[1] == "-" ? "-" : "") + (whole.empty() ? "0" : whole) +
-                   (fraction.size() > 1 ? fraction : "") + exponent;
-        }
+        if (const std::string number = numberIn(word); !number.empty()) return number;
         std::string lower = word;
         std::transform(lower.begin(), lower.end(), lower.begin(),
                        [](unsigned char c) { return std::tolower(c); });

@@ -24,7 +24,8 @@ PendingFile::PendingFile(const std::string& target) : target_(target) {
     if (fs::is_directory(path, error)) failIo(target, ": is a folder");
     if (fs::exists(path, error) && !fs::is_regular_file(path, error))
         failIo(target, ": is a device or a pipe, which a file would replace");
-    path_ = (folder / ("." + path.stem().string() + "." + std::to_string(getpid()) + "-" +
+    // A name as long as the disk allows is to leave room for the number.
+    path_ = (folder / ("." + path.stem().string().substr(0, 64) + "." + std::to_string(getpid()) + "-" +
                        std::to_string(counter++) + path.extension().string()))
                 .string();
     const int file = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL, 0666);

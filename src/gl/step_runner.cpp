@@ -51,8 +51,12 @@ std::string StepRunner::persistentKey(const Step& step, const std::string& targe
 }
 
 cv::Size StepRunner::targetSize(const Bound& bound, const Pass& pass) {
-    return {evaluateSize(pass.width, bound.variables, bound.inputSize.width),
-            evaluateSize(pass.height, bound.variables, bound.inputSize.height)};
+    try {
+        return {evaluateSize(pass.width, bound.variables, bound.inputSize.width),
+                evaluateSize(pass.height, bound.variables, bound.inputSize.height)};
+    } catch (const Error& error) {
+        throw Error(error.kind(), text(bound.header.path, ": ", pass.target, ": ", error.what()));
+    }
 }
 
 TexturePtr StepRunner::constant(cv::Size size, const cv::Vec4f& value) {
@@ -217,10 +221,7 @@ void StepRunner::runPass(Bound& bound, size_t index) {
     const std::string nameWithFile = bound.header.path + ": the pass " + name;
     const PassWatch watch(nameWithFile);
     const Program& program = programs_.get(passSource(bound.step, index, bound.writesTransmittance));
-    const cv::Size size = isOutput
-                              ? bound.outputSize
-                              : cv::Size(evaluateSize(pass.width, bound.variables, bound.inputSize.width),
-                                         evaluateSize(pass.height, bound.variables, bound.inputSize.height));
+    const cv::Size size = isOutput ? bound.outputSize : targetSize(bound, pass);
     // What a foreign file's last pass draws is what is seen, under whatever name.
     const bool isShown = isOutput || (index + 1 == bound.header.passes.size() && !pass.persistent);
     const GLenum format = bound.header.linear || pass.isFloat || isShown ? GL_RGBA32F : GL_RGBA8;
@@ -239,7 +240,7 @@ void StepRunner::runPass(Bound& bound, size_t index) {
     if (!(repeat <= 65536))
         failUsage(bound.header.path, ": REPEAT '", pass.repeat.source(), "' gives ", repeat,
                   "; at most 65536");
-    for (int k = 0; k < int(repeat); k++) {
+    for (int k = 0; k < repeat; k++) {
         // Never drawn into what is read: every run of a pass has a target of its own.
         TexturePtr target = pool_.take(size, format);
         if (isOutput || pass.compute)

@@ -71,6 +71,7 @@ TEST(Parameter, NamesWhatIsWrongAndWhatIsRight) {
     EXPECT_TRUE(has(mistake("density", 11),
                     "preset.json: fog.density: 11 is out of range; it must lie from 0 to 10 1/m"));
     EXPECT_TRUE(has(mistake("density", "thick"), "'thick' is not a number"));
+    EXPECT_TRUE(has(mistake("density", true), "must be a number"));
     EXPECT_TRUE(has(mistake("density", "auto"), "cannot be \"auto\""));
     EXPECT_TRUE(has(mistake("mode", "fancy"), "did you mean 'Very Fancy'"));
     EXPECT_TRUE(has(mistake("mode", 3), "no choice 3"));

@@ -36,6 +36,16 @@ TEST(SloppyJson, BracketsAreClosed) {
     EXPECT_EQ(repaired(R"({"a": )"), json::parse(R"({"a": null})"));
 }
 
+// std::regex took stack for every digit.
+TEST(SloppyJson, NumbersOfAnyLength) {
+    const std::string zeros(1000000, '0'), ones(1000000, '1');
+    EXPECT_EQ(repairJson("[" + zeros + "]"), "[0]");
+    EXPECT_EQ(repairJson("[+" + zeros + "12f]"), "[12]");
+    EXPECT_EQ(repairJson("[-." + zeros + "]"), "[-0." + zeros + "]");
+    EXPECT_EQ(repairJson("[" + ones + "e+" + ones + "]"), "[" + ones + "e+" + ones + "]");
+    EXPECT_EQ(repairJson("[" + ones + "x]"), "[\"" + ones + "x\"]");
+}
+
 TEST(SloppyJson, NumbersAndWords) {
     EXPECT_EQ(repaired("[.5, 1., +2, -.25, 007, 1.0f, 1.5e2, 0, -0.0]"),
               json::parse("[0.5, 1, 2, -0.25, 7, 1.0, 150.0, 0, -0.0]"));

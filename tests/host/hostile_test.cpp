@@ -98,6 +98,32 @@ TEST_F(HostileInput, includesNeitherCycleNorLeaveTheirPath) {
     expectError("apply up.fs a.exr -o a.png --backend osmesa", 2, "leaves the include path");
     addEffect("root.fs", "", "#include \"/etc/passwd\"\n" + body);
     expectError("apply root.fs a.exr -o a.png --backend osmesa", 2, "leaves the include path");
+    for (int k = 0; k < 100; k++)
+        addText("c" + std::to_string(k) + ".glsl", "#include \"c" + std::to_string(k + 1) + ".glsl\"\n");
+    addEffect("chain.fs", "", "#include \"c0.glsl\"\n" + body);
+    expectError("apply chain.fs a.exr -o a.png --backend osmesa", 2,
+                "c63.glsl:1: #include \"c64.glsl\" is nested deeper than 64 files");
+}
+
+// Words of any length: std::regex took stack for every character.
+TEST_F(HostileInput, longWordsAreRefusedLikeShortOnes) {
+    addFrame("a.exr");
+    const std::string isf = R"(/*{"INPUTS": [{"NAME": "inputImage", "TYPE": "image"}], )",
+                      body = "}*/\nvoid main() { gl_FragColor = IMG_THIS_PIXEL(inputImage); }\n";
+    addText("name.fs",
+            isf + R"("PASSES": [{"TARGET": "t", "WIDTH": ")" + repeated("a", 300000) + "\"}, {}]" + body);
+    expectError("apply name.fs a.exr -o a.png --backend osmesa", 2, "characters; at most 4096");
+    addText("number.fs", isf + "\"OTHER\": -" + repeated("0", 300000) + "7f" + body);
+    EXPECT_EQ(brume("info number.fs").status, 0);
+    addText("low.fs",
+            isf + R"("PASSES": [{"TARGET": "t", "WIDTH": "-1e300", "REPEAT": "-1e300"}, {}])" + body);
+    EXPECT_EQ(brume("apply low.fs a.exr -o a.png --backend osmesa").status, 0);
+    addText("high.fs", isf + R"("PASSES": [{"TARGET": "t", "WIDTH": "1e9"}, {}])" + body);
+    expectError("apply high.fs a.exr -o a.png --backend osmesa", 2,
+                "high.fs: t: size expression '1e9' gives");
+    const std::string word = repeated("b", 100000);
+    for (const std::string& place : {word, "a." + word, "a.b[" + repeated("1", 100000) + "].c"})
+        EXPECT_EQ(brume("apply depth_fog a.exr -o a.png --set '" + place + "=1'").status, 2);
 }
 
 TEST_F(HostileInput, presetsNameEffectsAndNoFiles) {
@@ -202,6 +228,12 @@ TEST_F(HostileInput, outputsStayInTheirFolder) {
     fs::create_directory_symlink("../elsewhere", path("out/a"));
     expectError("apply depth_fog ...exr -o 'out/{stem}/x.png'", 2, "leads out of the folder 'out'");
     expectError("apply depth_fog a.exr -o 'out/{stem}/x.png'", 2, "leads out of the folder 'out'");
+    EXPECT_EQ(brume("apply depth_fog a.exr -o '{stem}/x.png'").status,
+              0);  // a folder that is still to be made
+    EXPECT_TRUE(fs::exists(path("a/x.png")));
+    expectError("apply depth_fog ...exr -o '{stem}/x.png'", 2, "leads out of the folder '.'");
+    // As long as a name may be.
+    EXPECT_EQ(brume("apply depth_fog a.exr -o " + repeated("n", 251) + ".png").status, 0);
     // A link at the output's own name is replaced, not followed.
     addText("elsewhere/precious", "keep me");
     fs::create_symlink("../elsewhere/precious", path("out/a.png"));
