@@ -1,8 +1,10 @@
 // The program `brume`. Exit status: 0 done, 1 a check failed, 2 wrong use, 3 an input could not be read or an
 // output not written.
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <filesystem>
 #include <iostream>
@@ -83,9 +85,19 @@ int run(int argc, char** argv) {
     return 0;
 }
 
+// A file must not take the place of a standard stream that is closed, and get what is printed.
+void openStandardStreams() {
+    int file = 0;
+    while ((file = open("/dev/null", O_RDWR)) >= 0 && file <= STDERR_FILENO) {
+    }
+    if (file >= 0) close(file);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    openStandardStreams();
+    std::signal(SIGXFSZ, SIG_IGN);  // a file over the shell's limit is an error like a full disk
     const host::PrintableOutput output;
     int status = 0;
     try {
@@ -99,8 +111,9 @@ int main(int argc, char** argv) {
     } catch (const std::exception& e) {
         status = fail(text("unexpected: ", e.what()), ErrorKind::CheckFailed);
     }
+    output.flush();
+    if (!std::cout && status == 0) status = fail("standard output: cannot be written", ErrorKind::Io);
     if (isAnyPassRunningOn()) {  // a shader that nothing can stop, and nothing may be taken from
-        output.flush();
         _exit(status);
     }
     return status;

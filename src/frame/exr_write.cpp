@@ -87,6 +87,8 @@ void writeExr(const std::string& path, const ExrContent& content) {
         std::vector<std::span<const unsigned char>> pieces = {head.bytes};
         pieces.insert(pieces.end(), blocks.begin(), blocks.end());
         writeBytes(path, pieces);
+    } catch (const Error&) {
+        throw;
     } catch (const std::exception& e) {
         failIo(path, ": cannot be written: ", e.what());
     }

@@ -34,6 +34,8 @@ class ReaderProcess {
         if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, lines) != 0)
             failIo("brume's reader cannot be started: ", std::strerror(errno));
         line_ = lines[0];
+        const timeval patience{60, 0};  // between the parts of an answer that has begun
+        setsockopt(line_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_adddup2(&actions, lines[1], lineInReader);
@@ -54,8 +56,8 @@ class ReaderProcess {
         }
     }
     ~ReaderProcess() {
-        close(line_);
         if (!ended_) end();
+        close(line_);
     }
     ReaderProcess(const ReaderProcess&) = delete;
     ReaderProcess& operator=(const ReaderProcess&) = delete;
@@ -80,10 +82,19 @@ class ReaderProcess {
 
     /// Why the process is no more.
     std::string end() {
-        if (isStuck_) kill(process_, SIGKILL);
         int status = 0;
+        bool isGone = false;
         ended_ = true;
-        while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+        shutdown(line_, SHUT_RDWR);  // a sound reader ends at that
+        for (int k = 0; !isStuck_ && !isGone; ++k) {
+            isGone = waitpid(process_, &status, WNOHANG) != 0;
+            if (!isGone) usleep(1000);
+            isStuck_ = k >= 5000;
+        }
+        if (!isGone) {
+            kill(process_, SIGKILL);
+            while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+            }
         }
         if (isStuck_ || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) return "took too long";
         if (WIFSIGNALED(status)) return text("crashed (", strsignal(WTERMSIG(status)), ")");
@@ -156,7 +167,8 @@ Decoded unpack(const Message& answer, AdoptedImages& images) {
     Files files(answer.files);
     const json reply = json::from_cbor(answer.bytes);
     if (reply.contains("error"))
-        throw Error(reply.at("kind").get<ErrorKind>(), reply.at("error").get<std::string>());
+        throw Error(reply.at("kind") == ErrorKind::Usage ? ErrorKind::Usage : ErrorKind::Io,
+                    reply.at("error").get<std::string>());
     Decoded decoded;
     decoded.facts = reply.at("facts");
     for (const json& image : reply.at("images"))

@@ -105,6 +105,29 @@ TEST_F(HostileInput, includesNeitherCycleNorLeaveTheirPath) {
                 "c63.glsl:1: #include \"c64.glsl\" is nested deeper than 64 files");
 }
 
+// In place of brume_reader: what it says and does not say ends in a sentence, and so does that it does not
+// end.
+TEST_F(HostileInput, aReaderGoneMadIsGivenUp) {
+    addFrame("a.exr");
+    fs::create_directories(path("lib/brume"));
+    fs::copy(BRUME_BINARY_DIR "/lib/libbrume.so", path("lib"));
+    for (const char* part : {"effects", "glsl", "modules"})
+        fs::create_symlink(std::string(BRUME_BINARY_DIR "/lib/brume/") + part, path("lib/brume/") + part);
+    const auto sentenceOf = [&](const std::string& script) {
+        addText("lib/brume/brume_reader", "#!/bin/sh\n" + script + "\n");
+        fs::permissions(path("lib/brume/brume_reader"), fs::perms::owner_all);
+        const Ran ran = run(folder_, "LD_LIBRARY_PATH=lib timeout 60 BRUME apply depth_fog a.exr -o a.png");
+        EXPECT_EQ(ran.status, 3) << script;
+        return ran.err;
+    };
+    EXPECT_THAT(sentenceOf("exit 7"), HasSubstr("a.exr: is damaged: decoding it ended with status 7"));
+    EXPECT_THAT(sentenceOf(R"(printf '\1\0\0\0\0\0\0\0\366' >&3)"), HasSubstr("answers nonsense"));
+    // It closes the line and stays.
+    EXPECT_THAT(sentenceOf("trap '' HUP TERM; exec 3>&-; sleep 20"), HasSubstr("decoding it took too long"));
+    fs::remove(path("lib/brume/brume_reader"));
+    EXPECT_THAT(brume("apply depth_fog a.exr -o a.png").err, testing::Not(HasSubstr("brume: ")));
+}
+
 // Words of any length: std::regex took stack for every character.
 TEST_F(HostileInput, longWordsAreRefusedLikeShortOnes) {
     addFrame("a.exr");

@@ -237,6 +237,23 @@ TEST_F(Nasty, EffectFiles) {
     expectError("apply imported.fs a.exr -o a.png --backend osmesa", 3, "etc/passwd");
 }
 
+TEST_F(Nasty, StandardStreamsAndFullDisks) {
+    addFrame("a.exr", {1024, 768});
+    Ran ran = test::run(folder_, "BRUME list >/dev/full");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_EQ(ran.err, "brume: standard output: cannot be written\n");
+    // A closed stream's number would be the next file's, which would get what is printed.
+    EXPECT_EQ(brume("apply depth_fog a.exr -o a.png").status, 0);
+    ran = test::run(folder_, "BRUME apply depth_fog a.exr -o b.png <&- >&- 2>&-");
+    EXPECT_EQ(ran.status, 0);
+    EXPECT_EQ(bytesOf(path("b.png")), bytesOf(path("a.png")));
+    EXPECT_EQ(brume("apply blend a.exr -o a.npy").status, 0);  // which is read without shared memory
+    ran = test::run(folder_, "ulimit -f 6000; BRUME apply blend a.npy --depth none -o c.npy");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, testing::HasSubstr("brume: c.npy: cannot be written: File too large\n"));
+    EXPECT_FALSE(fs::exists(path("c.npy")));
+}
+
 TEST_F(Nasty, ListsAndPlaces) {
     addFrame("a.exr");
     expectRefused("apply depth_fog NAME -o out/", 3, ".txt",
