@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "cpu/cpu_runner.hpp"
+#include "effect/plugin.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "gl/gl_runner.hpp"
@@ -19,17 +20,22 @@ std::string Blur::describe() const {
     return text(effect, " ", method, " radius ", radius, " tolerance ", tolerance, isGlsl ? " GLSL" : "");
 }
 
-static cv::Mat run(Runner& runner, const Blur& blur, const cv::Mat& image) {
+static FramePair frameOf(const cv::Mat& image) {
     FramePair frame;
     frame.color = image;
     frame.depth = cv::Mat(image.size(), CV_32F, cv::Scalar(10));
     frame.camera = Camera::withHorizontalView(image.size(), 90);
+    return frame;
+}
+static Chain chainOf(const Blur& blur, const FramePair& frame, Backend backend) {
     std::string preset =
         text("{\"effects\": [{\"effect\": \"", blur.effect, "\", \"method\": \"", blur.method,
              "\", \"radius\": ", blur.radius, ", \"tolerance\": ", blur.tolerance, "}]}");
-    Chain chain =
-        planChain(parsePreset(preset, "test", EffectRegistry::standard()), frame, runner.backend(), {});
-    return runner.run(chain, frame, {}).images["color"].clone();
+    return planChain(parsePreset(preset, "test", EffectRegistry::standard()), frame, backend, {});
+}
+static cv::Mat run(Runner& runner, const Blur& blur, const cv::Mat& image) {
+    const FramePair frame = frameOf(image);
+    return runner.run(chainOf(blur, frame, runner.backend()), frame, {}).images["color"].clone();
 }
 cv::Mat onCpu(const Blur& blur, const cv::Mat& image) {
     static auto runner = makeCpuRunner();
@@ -107,6 +113,26 @@ OperatorError operatorError(const Blur& blur, const Kernel& truth, int period) {
             error.pair = std::max(error.pair, sum);
         }
     return error;
+}
+
+void expectWithinStatedError(const Blur& blur, const cv::Mat& image) {
+    const FramePair frame = frameOf(image);
+    const Chain chain = chainOf(blur, frame, Backend::Cpu);
+    const auto& step = chain.steps.at(0);
+    std::vector<cv::Point> pixels;
+    for (int j = 0; j < image.rows; j++)
+        for (int i = 0; i < image.cols; i++) pixels.emplace_back(i, j);
+    std::vector<ReferencePixel> truth(pixels.size());
+    const PluginEffect& plugin = *step.effect->plugin;
+    plugin.reference(plugin.makeParams(step.values), {frame.camera, frame.size(), image, frame.depth}, pixels,
+                     truth);
+    const cv::Mat result = onCpu(blur, image);
+    double used = 0;
+    for (size_t k = 0; k < pixels.size(); k++)
+        for (int n = 0; n < 4; n++)
+            used = std::max(used, std::abs(result.at<cv::Vec4f>(pixels[k])[n] - truth[k].color[n]) /
+                                      (truth[k].methodError + 1e-5 * truth[k].scale));
+    EXPECT_LE(used, 1) << blur.describe() << " " << image.size();
 }
 
 void expectConstantsKept(const Blur& blur) {

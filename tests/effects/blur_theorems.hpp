@@ -38,6 +38,8 @@ struct OperatorError {
 };
 OperatorError operatorError(const Blur& blur, const Kernel& truth, int period);
 
+/// Of every pixel: what the reference says the method may be off by.
+void expectWithinStatedError(const Blur& blur, const cv::Mat& image);
 void expectConstantsKept(const Blur& blur);
 void expectTransposed(const Blur& blur, double bound);
 void expectMirrored(const Blur& blur, double bound, cv::Size size = {61, 45});

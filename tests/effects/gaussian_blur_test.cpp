@@ -77,6 +77,21 @@ TEST(GaussianBlur, DecimatedKeepsTheTolerancesThatItKnows) {
         }
 }
 
+// Each box replicates what the one before it made of the edge: there the three err seven times as much as
+// elsewhere, so that a dark frame's bright first rows and columns come out .31 too bright at the corner.
+TEST(GaussianBlur, BoxesErrMoreAtEdgesAsStated) {
+    for (cv::Size size : {cv::Size(60, 41), cv::Size(3, 80), cv::Size(1, 7)})
+        for (double radius : {.34, .7, 1., 1.42, 2.45, 6., 14.}) {
+            cv::Mat image(size, CV_32FC4, cv::Scalar::all(-1));
+            for (int edge : {1, int(radius), int(2 * radius)}) {
+                image.rowRange(0, std::clamp(edge, 1, size.height)) = cv::Scalar::all(1);
+                image.colRange(0, std::clamp(edge, 1, size.width)) = cv::Scalar::all(1);
+                expectWithinStatedError(gaussian("box", radius), image);
+            }
+            expectWithinStatedError(gaussian("box", radius), randomImage(size, 3));
+        }
+}
+
 TEST(GaussianBlur, ErrorsOfTextbookMethodsAreAsStated) {
     for (double radius : {1., 5., 30., 100.}) {
         auto box = operatorError(gaussian("box", radius), trueGaussian(radius, reachOf(radius)), 1);
