@@ -38,7 +38,7 @@ struct Header {
     std::optional<bool> srgb;
 };
 
-// libpng leaves by longjmp: nothing with a destructor lives in these two functions.
+// libpng leaves by longjmp: nothing with a destructor lives in these three functions.
 
 bool readHeader(png_structp png, png_infop info, Header& header) {
     if (setjmp(png_jmpbuf(png))) return false;
@@ -51,6 +51,12 @@ bool readHeader(png_structp png, png_infop info, Header& header) {
     else if (png_get_gAMA(png, info, &gamma))
         header.srgb = gamma < .9;
     header.packedBytes = png_get_rowbytes(png, info) * header.height;
+    return true;
+}
+
+// Takes memory for a row.
+bool prepareRows(png_structp png, png_infop info, Header& header) {
+    if (setjmp(png_jmpbuf(png))) return false;
     png_set_expand(png);
     if (std::endian::native == std::endian::little) png_set_swap(png);
     png_set_interlace_handling(png);
@@ -99,6 +105,7 @@ StoredImage loadPng(const std::string& path, size_t maxPixels) {
     if (header.packedBytes / 1040 > bytes.size())
         failIo(path, ": declares ", header.width, " × ", header.height, " pixels but holds only ",
                bytes.size(), " bytes");
+    if (!prepareRows(png, decoder.info, header)) failIo(path, ": is not a readable PNG: ", source.error);
     StoredImage image;
     image.srgb = header.srgb;
     image.pixels.create(int(header.height), int(header.width),

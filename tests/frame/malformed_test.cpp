@@ -101,8 +101,20 @@ TEST_F(Hostile, LimitsHoldBeforeMemoryIsTaken) {
               std::string("PIEH") + std::string("\xff\xff\xff\x7f", 4) + std::string("\xff\xff\xff\x7f", 4));
     writeText("negative.dpt",
               std::string("PIEH") + std::string("\xff\xff\xff\xff", 4) + std::string("\x10\0\0\0", 4));
+    // A row of them alone would take 6 GB; the other's 800 MB.
+    const auto writePng = [&](const char* name, const char* size, const char* checksum) {
+        const std::string part = std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16);
+        writeText(name, part + std::string(size, 8) + std::string("\x08\x02\0\0\0", 5) +
+                            std::string(checksum, 4) +
+                            std::string("\000\000\000\013\111\104\101\124\170\234\143\140\200\001\000\000\012"
+                                        "\000\001\177\200\164\136",
+                                        23));
+    };
+    writePng("huge.png", "\177\377\377\377\177\377\377\377", "\233\253\234\061");
+    writePng("wide.png", "\020\000\000\000\000\000\000\001", "\313\262\236\072");
     const long before = peak();
-    for (const char* name : {"bomb.npy", "bomb.pfm", "bomb.dpt", "huge.pfm", "huge.dpt", "negative.dpt"})
+    for (const char* name :
+         {"bomb.npy", "bomb.pfm", "bomb.dpt", "huge.pfm", "huge.dpt", "negative.dpt", "huge.png", "wide.png"})
         EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { readImage(file(name)); }).find(name), std::string::npos);
     EXPECT_LT(peak() - before, 32) << "MiB";
 }
