@@ -12,8 +12,8 @@ inline double besselTau(double radius) { return radius / std::sqrt(2. / 3); }
 
 /// The kernel at a distance in standard deviations, per deviation.
 inline double besselDensity(double distance) {
-    const double a = besselTau(distance);
-    return std::exp(-1.5 * a) * std::cos(std::numbers::sqrt3 * a / 2 - std::numbers::pi / 3) * besselTau(1);
+    const double a = distance / besselTau(1);
+    return std::exp(-1.5 * a) * std::cos(std::numbers::sqrt3 * a / 2 - std::numbers::pi / 3) / besselTau(1);
 }
 
 /// The two-sided kernel r(x) = e^(-1.5a)·cos(√3·a/2 - π/3)/τ, a = |x|/τ, integrated over each pixel. Its
@@ -73,12 +73,16 @@ inline Decimation besselDecimation(double radius, double tolerance) {
     return boxDecimation(besselFactor(radius, tolerance), 6);
 }
 
-/// At most so much is a decimated blur's kernel off along one axis, at a distance in px: most where r bends,
-/// and a little where the small FIR's tails are cut (measured at all positions of an impulse, and tested).
+/// At most so much is a decimated blur's kernel off along one axis, at a distance in px. Most is where r
+/// bends: what of its spectrum, ω^-4, lies beyond the small image's. From six deviations on it is what the
+/// small FIR is cut by, and beyond that r itself. (Measured at all positions of an impulse, and tested.)
 inline auto besselRidge(double radius, double tolerance) {
     const int factor = besselFactor(radius, tolerance);
-    return [=, error = std::min(tolerance, 1e-3) / 2](double distance) {
-        return error / factor * (.45 * std::exp(-.58 * distance / factor) + .011);
+    const double error = std::min(tolerance, 1e-3) / 2, bend = .027 * std::pow(factor / radius, 4);
+    return [=](double distance) {
+        const double cut = error * (distance < 6 * radius ? .0018 : .011) / factor,
+                     r = 3.5 * std::exp(-1.5 * distance / besselTau(radius)) / besselTau(radius);
+        return bend * std::exp(-.4 * distance / factor) / factor + std::min(cut, r);
     };
 }
 

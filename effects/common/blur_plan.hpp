@@ -28,8 +28,7 @@ struct Choice {
     double peak = 2;
     double cost = 0;  ///< frame copies
     /// Where the difference is that of one axis, beside the kernel itself along the other: its largest value
-    /// at a distance in px, an even function that falls, and how much it adds up to at most from any distance
-    /// on; else none.
+    /// at a distance in px, and how much it adds up to at most from any distance on; else none.
     std::function<double(double)> ridge = {};
     double step = 0;
 };
@@ -84,6 +83,8 @@ class Unseen {
                     add(in.largestUnseen(least), high - low, sum / (2 * CV_PI * deviation * deviation));
                 }
         lowest_ = lowest, light_ = bounds.greatestMean;
+        // The curve's slope times the value rises up to 1, and is no larger above.
+        relativelyUnseen_ = in.largestUnseen(1);
     }
 
     /// `peak` as in Choice.
@@ -96,6 +97,24 @@ class Unseen {
     /// How much of what does not show a choice takes: more than 1 may show.
     double share(const Choice& choice) const {
         if (!choice.ridge || lowest_.empty()) return choice.error / std::max(error(choice.peak), 1e-30);
+        const double all = share(choice, 0);
+        if (all <= 1) return all;
+        const double tile = wanted_.deviation / deviation_,  // px
+            middle = choice.ridge(0) * tile * deviation_ / wanted_.density(0);
+        return std::min(all, share(choice, 2 * middle / relativelyUnseen_));
+    }
+
+  private:
+    // The same of an error along one axis, |e| ≤ ridge, which beside the wanted k of the other axis makes an
+    // error |E| ≤ ridge⊗|k| + |k|⊗ridge. With k⁺ and k⁻ the parts of k above and below 0, and K = k⊗k,
+    //   k⁺⊗|k| + |k|⊗k⁺ = 2·k⁺⊗k⁺ + (k⁺⊗k⁻ + k⁻⊗k⁺) ≤ 2·K + 3·(k⁺⊗k⁻ + k⁻⊗k⁺):
+    // so where ridge ≤ ρ·k⁺ the error is 2ρ of what the place comes out at, which takes `relative` of what
+    // does not show whatever the lights are; what is left is (ridge - ρ·k⁺)⁺ + 3ρ·k⁻ along the axis.
+    double share(const Choice& choice, double relative) const {
+        const double rho = relative * relativelyUnseen_ / 2;
+        auto left = [rho](double ridge, double wanted) {
+            return std::max(0., ridge - rho * std::max(0., wanted)) + 3 * rho * std::max(0., -wanted);
+        };
         const double tile = wanted_.deviation / deviation_;              // px
         std::vector<double> beyond(size_t(wanted_.reach * 64) + 1, 0.);  // sums from a distance on
         for (size_t k = beyond.size() - 1; k > 0; k--)
@@ -105,8 +124,8 @@ class Unseen {
                               const auto k = size_t(x / deviation_ * 64);
                               return k < beyond.size() ? beyond[k] : 0;
                           }},
-            ridge{[&](double x) { return choice.ridge(x * tile) * tile; },
-                  [&](double) { return choice.step; }};
+            ridge{[&](double x) { return left(choice.ridge(x * tile) * tile, kernel.density(x)); },
+                  [&](double x) { return left(choice.step, kernel.beyond(x)); }};
         const cv::Size tiles = light_.size();
         const cv::Mat x[] = {kernel.weights(tiles.width), ridge.weights(tiles.width)},
                       y[] = {ridge.weights(tiles.height), kernel.weights(tiles.height)};
@@ -123,15 +142,16 @@ class Unseen {
             for (int j = 0; j < sums.rows; j++)
                 for (int i = 0; i < sums.cols; i++) {
                     const Place& place = places_[size_t(j * sums.cols + i) * 3 + n];
-                    const double sum = sums.at<float>(j, i) -
-                                       lowest_.at<cv::Vec3f>(j + 1, i + 1)[n] * double(ones.at<float>(j, i));
-                    share = std::max(share, std::min(choice.error / place.byRange, sum / place.unseen));
+                    const double low = lowest_.at<cv::Vec3f>(j + 1, i + 1)[n],
+                                 sum = sums.at<float>(j, i) - low * double(ones.at<float>(j, i)) +
+                                       2 * rho * std::max(0., -low);
+                    share = std::max(share, std::min(likelihood * choice.error / place.byRange,
+                                                     relative + likelihood * sum / place.unseen));
                 }
         }
-        return share * likelihood;
+        return share;
     }
 
-  private:
     struct Place {
         double unseen, byRange, bySum;
     };
@@ -161,7 +181,8 @@ class Unseen {
     };
     std::vector<Place> places_;  // of tiles by rows, three channels each; or one for all
     Wanted wanted_;
-    double deviation_ = 0;  // of the wanted kernel, in tiles
+    double deviation_ = 0;         // of the wanted kernel, in tiles
+    double relativelyUnseen_ = 0;  // share of a value that its error may be
     cv::Mat light_, lowest_;
 
     // What the kernel makes of an image at least: of tiles' means, as much as any pixel of a tile may weigh

@@ -91,11 +91,11 @@ TEST(BesselBlur, DecimatedKeepsTheToleranceAskedFor) {
     }
 }
 
-// What the plan counts lights by: at each distance, and in all from any distance on. Measured: .96 and .77
+// What the plan counts lights by: at each distance, and in all from any distance on. Measured: .98 and .71
 // of it.
 TEST(BesselBlur, DecimatedErrsWhereItsKernelBends) {
-    for (double tolerance : {1e-3, 2.5e-4, 6.2e-5})
-        for (double radius : {6.8, 8.05, 11., 15., 21.}) {
+    for (double tolerance : {1e-3, 5e-4, 2.5e-4, 6.2e-5})
+        for (double radius : {6.8, 8.05, 11., 15., 21., 31.}) {
             Blur blur = bessel("decimated", radius);
             blur.tolerance = tolerance;
             const int reach = reachOf(radius), factor = blur::besselFactor(radius, tolerance);
@@ -150,6 +150,14 @@ TEST(BesselBlur, ErrorsOfTextbookMethodsAreTheKnownOnes) {
     }
 }
 
+// What the plan takes for the kernel; it was once narrower by a third.
+TEST(BesselBlur, ThePlansDensityIsTheKernels) {
+    const double radius = 50;
+    const Kernel truth = trueBessel(radius, 600);
+    for (int d = 0; d <= 600; d++)
+        EXPECT_NEAR(blur::besselDensity(d / radius) / radius, truth[d + 600], 2e-4 / radius) << d;
+}
+
 TEST(BesselBlur, ItsStandardDeviationIsTheRadius) {
     for (double radius : {2., 5., 9.}) {
         const int reach = reachOf(radius);
@@ -202,7 +210,8 @@ TEST(BesselBlur, EdgesReplicateAlsoOfImagesNarrowerThanTheKernel) {
     for (const char* method : methods)
         for (double radius : {.7, 3., 9., 16.}) {
             int period = periodOf(method, radius), reach = (int(16 * radius) + 8 + period) / period * period;
-            expectEdgesReplicate(bessel(method, radius), reach, 1e-5);
+            // auto may choose otherwise for the larger image.
+            expectEdgesReplicate(bessel(method, radius), reach, std::string(method) == "auto" ? 2e-3 : 1e-5);
         }
 }
 
