@@ -62,7 +62,7 @@ size_t parseBytes(const std::string& size) {
     const std::vector<std::pair<std::string, double>> units = {
         {"M", 1 << 20}, {"MiB", 1 << 20}, {"G", 1 << 30}, {"GiB", 1 << 30}};
     for (const auto& [unit, bytes] : units)
-        if (unit == end && number > 0) return size_t(number * bytes);
+        if (unit == end && number > 0) return size_t(std::min(number * bytes, 1e18));
     failUsage("--memory: '", size, "' should be a number with M or G, such as 900M or 2G");
 }
 

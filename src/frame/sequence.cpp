@@ -226,6 +226,7 @@ std::vector<FrameFiles> readList(const std::string& name) {
 
 std::vector<FrameFiles> colorFiles(const std::string& name) {
     std::vector<FrameFiles> frames;
+    if (name.empty()) failIo("the name of a frame is empty");
     if (isList(name)) return readList(name);
     if (isFolder(name))
         for (const std::string& file : imagesIn(name, false)) frames.push_back({file, "", timestampOf(file)});

@@ -144,6 +144,7 @@ TEST_F(ApplyErrors, wrongValues) {
     expectError(apply + "--set 'depth_fog.visibility=random(-9,5)'", 2, "-9");
     expectError(apply + "--shard 3/2", 2, "3/2");
     expectError(apply + "--memory lots", 2, "lots");
+    expectError("apply depth_fog '' -o a.png", 3, "the name of a frame is empty");
     expectError("apply depth_fog street.exr -o street.exr", 2, "would be overwritten");
     expectError("apply depth_fog street.exr", 2, "-o");
     expectError("apply depth_fog -o o.png", 2, "FRAME");
