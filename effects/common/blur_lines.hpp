@@ -91,17 +91,22 @@ BRUME_INLINE void addAsMany(const BlockSum& s, const float* const* rows, int fro
     else
         addStretch<count, false>(s, rows, from, end);
 }
-// `isAhead`: whether the rows' next stretch is memory to be asked for.
+// `ahead`: rows to be asked for meanwhile, a stretch of each with every stretch.
+struct RowsAhead {
+    const float* rows[blockRows];
+    int count = 0;
+};
 BRUME_VECTORISE static void addBlocks(const BlockSum* sums, int sumCount, const float* const* blockOf,
-                                      int floats, bool isAhead) {
-    constexpr int stretch = 128, lines = stretch / 16 * blockRows;
+                                      int floats, const RowsAhead& ahead) {
+    constexpr int stretch = 128;
+    const int lines = stretch / 16 * ahead.count;
     const float* rows[blockRows];
     for (int k = 0; k < blockRows; k++) rows[k] = blockOf[k];
     for (int from = 0; from < floats; from += stretch) {
         const int end = std::min(from + stretch, floats);
         for (int s = 0, line = 0; s < sumCount; s++) {
-            for (; isAhead && line < lines * (s + 1) / sumCount; line++)
-                __builtin_prefetch(rows[line % blockRows] + from + 2 * stretch + line / blockRows * 16);
+            for (; line < lines * (s + 1) / sumCount; line++)
+                __builtin_prefetch(ahead.rows[line / (stretch / 16)] + from + line % (stretch / 16) * 16);
             switch (sums[s].count) {
                 case 1:
                     addAsMany<1>(sums[s], rows, from, end);

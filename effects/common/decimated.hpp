@@ -173,9 +173,13 @@ inline cv::Mat decimatedImage(const cv::Mat& in, int factor, std::span<const flo
     cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
         const float* rows[blockRows];
         auto add = [&](int block, const std::vector<BlockSum>& sums) {
-            for (int k = 0; k < blockRows; k++)
+            RowsAhead ahead;
+            ahead.count = blockRows;
+            for (int k = 0; k < blockRows; k++) {
                 rows[k] = in.ptr<float>(std::min(blockRows * block + k, in.rows - 1));
-            addBlocks(sums.data(), int(sums.size()), rows, floats, true);
+                ahead.rows[k] = rows[k] + 256;
+            }
+            addBlocks(sums.data(), int(sums.size()), rows, floats, ahead);
         };
         auto again = [&](int block, const std::vector<BlockSum>& sums) {
             Scratch finite(size_t(blockRows) * floats);
@@ -184,7 +188,7 @@ inline cv::Mat decimatedImage(const cv::Mat& in, int factor, std::span<const flo
                 copyFinite(row, in.ptr<float>(std::min(blockRows * block + k, in.rows - 1)), floats);
                 rows[k] = row;
             }
-            addBlocks(sums.data(), int(sums.size()), rows, floats, false);
+            addBlocks(sums.data(), int(sums.size()), rows, floats, {});
         };
         for (int n = range.start; n < range.end; n++) {
             SmallImage::Band band(small, small.rows() * n / bands, small.rows() * (n + 1) / bands);

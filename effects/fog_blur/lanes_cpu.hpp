@@ -3,6 +3,7 @@
 // does. Every output sums its taps in rising order.
 #pragma once
 
+#include <array>
 #include <utility>
 
 #include "common/filter_lines.hpp"
@@ -34,9 +35,17 @@ BRUME_INLINE void sumEight(Four (&a)[atOnce], const float* half, Load load) {
 }
 
 // Rows of `count` filtered pixels, from `lanes` that begin `reach` pixels before; whole groups of eight.
+// Meanwhile as many pixels of the rows `soon` are asked for, if any: a few at a time, since a core waits
+// where it asks for more than it has room for.
 template <int reach>
-BRUME_INLINE void alongBy(float* const* rows, const float* lanes, const float* half, int count) {
+BRUME_INLINE void alongBy(float* const* rows, const float* lanes, const float* half, int count,
+                          const float* const* soon) {
+    auto ask = [&](int from, int end) __attribute__((always_inline)) {
+        for (int k = 0; k < laneRows && soon; k++)
+            for (int x = from; x < end; x += 4) __builtin_prefetch(soon[k] + 4 * x);
+    };
     for (int i = 0; i < count; i += atOnce) {
+        ask(i, i + atOnce);
         Four a[atOnce];
         sumEight<reach>(a, half, [&](int u) { return *(const Four*)(lanes + laneFloats * (i + u)); });
         for (int part = 0; part < atOnce; part += 4) {
@@ -45,6 +54,7 @@ BRUME_INLINE void alongBy(float* const* rows, const float* lanes, const float* h
             for (int k = 0; k < laneRows; k++) *(Four*)(rows[k] + 4 * (i + part)) = b[k];
         }
     }
+    ask(count, count + 2 * reach);
 }
 // Eight rows of filtered pixels from rows[0 .. 7 + 2·reach]; whole groups of four.
 template <int reach>
@@ -61,9 +71,9 @@ BRUME_INLINE void withReach(int reach, Do run, std::integer_sequence<int, reache
     ((reach == reaches ? (run(std::integral_constant<int, reaches>()), 0) : 0), ...);
 }
 BRUME_VECTORISE static void filterAlong(float* const* rows, const float* lanes, const float* half, int reach,
-                                        int count) {
+                                        int count, const float* const* soon) {
     withReach(
-        reach, [&](auto n) __attribute__((always_inline)) { alongBy<n>(rows, lanes, half, count); },
+        reach, [&](auto n) __attribute__((always_inline)) { alongBy<n>(rows, lanes, half, count, soon); },
         std::make_integer_sequence<int, longestReach + 1>());
 }
 BRUME_VECTORISE static void filterAcross(float* const* out, const float* const* rows, const float* half,
@@ -134,6 +144,16 @@ class LaneRows {
     }
     const float* sigma(int group, int before) const {
         return sigmas_.data() + (size_t(group % groups_) * wide_ + margin_ - before) * laneRows;
+    }
+
+    // The picture's rows that are taken after those of `group`, from `before` pixels left of x0 on.
+    std::array<const float*, laneRows> rowsAfter(int group, int before) const {
+        std::array<const float*, laneRows> rows;
+        for (int k = 0; k < laneRows; k++) {
+            const int y = std::min(group * laneRows + atOnce + k, source_.color.rows - 1);
+            rows[k] = source_.color.ptr<float>(y) + 4 * std::max(x0_ - before, 0);
+        }
+        return rows;
     }
 
   private:

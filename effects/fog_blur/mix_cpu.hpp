@@ -25,8 +25,9 @@ BRUME_INLINE typename Pixels::Vector sumOfNodes(typename Pixels::Vector weights,
             weight(integral_constant<int, 2>()) * at(2)) +
            weight(integral_constant<int, 3>()) * at(3);
 }
+// The same of a row; meanwhile as many pixels of row `soon` are asked for.
 BRUME_VECTORISE static void mix(float* out, const Places& places, const float* nodeWeights,
-                                const float* const* nodes, int count) {
+                                const float* const* nodes, int count, const float* soon) {
     auto rowAt = [&](int i, int next) { return *(const One*)(nodeWeights + 4 * (places.entry[i] + next)); };
     auto fourRows = [&](int i, int next) {
         const blur::Two a = __builtin_shufflevector(rowAt(i, next), rowAt(i + 1, next), 0, 1, 2, 3, 4, 5, 6,
@@ -42,6 +43,7 @@ BRUME_VECTORISE static void mix(float* out, const Places& places, const float* n
     };
     for (; i + 4 <= count; i += 4) {
         const int first = places.first[i];
+        __builtin_prefetch(soon + 4 * i);
         if (places.first[i + 1] == first && places.first[i + 2] == first && places.first[i + 3] == first) {
             const Four below = fourRows(i, 0),
                        weights = below + spread(places.share + i) * (fourRows(i, 1) - below);

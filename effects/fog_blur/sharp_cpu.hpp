@@ -52,14 +52,13 @@ BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* s
 }
 
 // A row's sharp pixels and their standard deviations from column `first` on, beyond the edges replicated;
-// meanwhile the same part of row y + `ahead` is asked for.
+// meanwhile the deviations of row y + `ahead` are asked for.
 inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, int y, int first, int count,
                             int ahead) {
     const float *color = source.color.ptr<float>(y), *sigma = source.sigma.ptr<float>(y);
     const int width = source.color.cols, soon = std::min(y + ahead, source.color.rows - 1);
     int inside0 = std::clamp(first, 0, width), inside1 = std::clamp(first + count, inside0, width);
-    const float *next = source.color.ptr<float>(soon), *nextSigma = source.sigma.ptr<float>(soon);
-    for (int x = inside0; x < inside1; x += 4) __builtin_prefetch(next + 4 * x);
+    const float* nextSigma = source.sigma.ptr<float>(soon);
     for (int x = inside0; x < inside1; x += 16) __builtin_prefetch(nextSigma + x);
     sharpen(sharp + 4 * (inside0 - first), color + 4 * inside0, inside1 - inside0);
     std::copy(sigma + inside0, sigma + inside1, sigmas + (inside0 - first));

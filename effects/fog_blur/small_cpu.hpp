@@ -59,16 +59,23 @@ class CellRows {
             for (int k = 0; k < cellHeight; k++)
                 rows_[kind][k] = memory_.data() + size_t(kind * cellHeight + k) * 4 * cellWidth;
     }
-    // Meanwhile the cell to the right is asked for.
     void begin(int x, int y, int count) {
         count_ = count, hasProduct_ = false;
         for (int k = 0; k < cellHeight; k++) {
             const int row = std::min(y + k, source_.color.rows - 1);
             const float* color = source_.color.ptr<float>(row) + 4 * x;
-            for (int i = 0; i < 4 * cellWidth; i += 16) __builtin_prefetch(color + 4 * cellWidth + i);
+            ahead_.rows[k] = color + 4 * cellWidth;
             sharpen(rows_[sharp][k], color, count);
             sigmas_[k] = source_.sigma.ptr<float>(row) + x;
         }
+    }
+    // Share n of `of` of the cell to the right, to be asked for meanwhile.
+    blur::RowsAhead ahead(size_t n, size_t of) const {
+        const int from = int(cellHeight * n / of);
+        blur::RowsAhead part;
+        part.count = int(cellHeight * (n + 1) / of) - from;
+        std::copy_n(ahead_.rows + from, part.count, part.rows);
+        return part;
     }
     Rows plain() const { return rows_[sharp]; }
     // Colour and 1, times the standard deviation.
@@ -90,6 +97,7 @@ class CellRows {
     blur::Scratch memory_;
     float* rows_[3][cellHeight];
     const float* sigmas_[cellHeight];
+    blur::RowsAhead ahead_;
     int count_ = 0;
     bool hasProduct_ = false;
 };
@@ -98,7 +106,7 @@ class CellRows {
 inline void decimateAll(const Source& source, std::span<SmallLevel> small, const Cells& cells,
                         bool keepEdges) {
     const int width = source.color.cols, blocks = cells.rows,
-              bandCount = std::clamp(blocks / 8, 1, 4 * cv::getNumThreads());
+              bandCount = std::clamp(blocks / 8, 1, 2 * cv::getNumThreads());
     auto work = [&](const cv::Range& range) {
         CellRows cell(source);
         std::vector<std::vector<blur::BlockSum>> sums(small.size()), scaled(small.size());
@@ -132,11 +140,13 @@ inline void decimateAll(const Source& source, std::span<SmallLevel> small, const
                             wanting.push_back(l);
                     if (wanting.empty()) continue;
                     cell.begin(x, block * cellHeight, count);
-                    for (size_t l : wanting) {
+                    for (size_t n = 0; n < wanting.size(); n++) {
+                        const size_t l = wanting[n];
                         const float sigma = small[l].level->sigma;
                         auto add = [&](std::vector<blur::BlockSum>& to, CellRows::Rows rows) {
                             for (auto& sum : to) sum.sum += 4 * x;
-                            blur::addBlocks(to.data(), int(to.size()), rows, 4 * count, false);
+                            blur::addBlocks(to.data(), int(to.size()), rows, 4 * count,
+                                            cell.ahead(n, wanting.size()));
                             for (auto& sum : to) sum.sum -= 4 * x;
                         };
                         if (!keepEdges || extremes.least >= sigma)

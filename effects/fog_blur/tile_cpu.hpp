@@ -22,8 +22,9 @@ class FirLevel {
           weighed_(size_t(tileWidth + 2 * reach() + atOnce) * laneFloats) {}
     int reach() const { return int(level_->taps.size()) - 1; }
     void begin() { done_ = 0; }
-    // Rows y to y + 7 of a picture `height` px high; y rises, and may leave rows out.
-    void make(const LaneRows& sharp, bool keepEdges, int y, int count, int height) {
+    // Rows y to y + 7 of a picture `height` px high; y rises, and may leave rows out. The level that reaches
+    // farthest asks for the rows that come next.
+    void make(const LaneRows& sharp, bool keepEdges, int y, int count, int height, bool asks) {
         done_ = std::max(done_, std::max(0, y - reach()) / laneRows);
         for (; done_ * laneRows < std::min(y + madeRows + reach(), height); done_++) {
             const float* lanes = sharp.color(done_, reach());
@@ -34,7 +35,8 @@ class FirLevel {
             }
             float* to[laneRows];
             for (int k = 0; k < laneRows; k++) to[k] = slot(laneRows * done_ + k);
-            filterAlong(to, lanes, level_->taps.data(), reach(), count);
+            const auto soon = sharp.rowsAfter(done_, reach());
+            filterAlong(to, lanes, level_->taps.data(), reach(), count, asks ? soon.data() : nullptr);
         }
         const float* rows[madeRows + 2 * longestReach];
         for (int u = 0; u < madeRows + 2 * reach(); u++)
@@ -115,29 +117,26 @@ class Tile {
         if (needed.low <= firEnd) {
             sharp_.advance(y, firs_[firEnd - 1].reach());
             for (int node = needed.low; node <= firEnd; node++)
-                firs_[node - 1].make(sharp_, ladder_.keepEdges, y, count_, height);
+                firs_[node - 1].make(sharp_, ladder_.keepEdges, y, count_, height, node == firEnd);
         }
         for (int node = std::max(needed.low, firEnd + 1); node <= needed.high; node++) {
             const EnlargedLevel& level = enlargedAt(node);
             level.askFor(y + rowCount + 2 * level.factor(), x0_, count_);
         }
-        // The colours and deviations of the next cell; FIRs have asked for theirs.
-        auto askForRow = [&](int next) {
-            const int below = std::min(next, height - 1);
-            const float *color = source_.color.ptr<float>(below) + 4 * x0_,
-                        *sigma = source_.sigma.ptr<float>(below) + x0_;
-            for (int x = 0; x < count_; x += 4) __builtin_prefetch(color + 4 * x);
-            for (int x = 0; x < count_; x += 16) __builtin_prefetch(sigma + x);
-        };
         auto rowOf = [&](int node, int k) {
             return node <= int(firs_.size()) ? firs_[node - 1].row(k)
                                              : enlargedAt(node).row(y + k, x0_, count_);
         };
         for (int k = 0; k < rowCount; k++) {
             float *row = mixed_.data(), *self = self_.data();
-            askForRow(y + k + madeRows);
+            // Meanwhile the next cell's colours and deviations are asked for; FIRs have asked for theirs.
+            const int below = std::min(y + k + madeRows, height - 1);
+            const float *soon = source_.color.ptr<float>(below) + 4 * x0_,
+                        *soonSigma = source_.sigma.ptr<float>(below) + x0_;
+            for (int x = 0; x < count_; x += 16) __builtin_prefetch(soonSigma + x);
             sharpen(self, source_.color.ptr<float>(y + k) + 4 * x0_, count_);
             if (isSharp || isLevel) {
+                for (int x = 0; x < count_; x += 4) __builtin_prefetch(soon + 4 * x);
                 std::copy_n(isSharp ? self : rowOf(needed.low, k), 4 * count_, row);
             } else {
                 // The sharp row in place of nodes that no pixel needs.
@@ -145,7 +144,7 @@ class Tile {
                 for (int node = needed.low; node <= needed.high; node++) nodes_[node] = rowOf(node, k);
                 placesOf(places_, ladder_.largest, int(ladder_.levels.size()),
                          source_.sigma.ptr<float>(y + k) + x0_, count_);
-                mix(row, places_, ladder_.nodeWeights.data(), nodes_.data(), count_);
+                mix(row, places_, ladder_.nodeWeights.data(), nodes_.data(), count_, soon);
             }
             if (!isSharp && ladder_.keepEdges) divide(row, self, count_);
             put(k, row);
