@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "batch.hpp"
 #include "commands.hpp"
@@ -16,6 +17,7 @@
 #include "file_status.hpp"
 #include "folder_lock.hpp"
 #include "frame/inspect.hpp"
+#include "frame/pairing.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "gl/gl_runner.hpp"
@@ -118,23 +120,30 @@ void requireImages(const Chain& chain, const std::vector<Kept>& keep) {
 }
 
 // Every output must have a place of its own, which is not an input.
-void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs) {
+void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs,
+                     const std::string& report) {
     std::unordered_map<std::string, const Task*> seen;
-    std::unordered_map<std::string, bool> isInput;
-    auto canonical = [](const std::string& path) { return fs::absolute(path).lexically_normal().string(); };
+    std::unordered_set<std::string> read;
     for (const FrameFiles& input : inputs) {
-        isInput[canonical(input.color)] = true;
-        if (!input.depth.empty()) isInput[canonical(input.depth)] = true;
+        read.insert(placeOf(input.color));
+        if (!input.depth.empty()) read.insert(placeOf(input.depth));
     }
     for (const Task& task : tasks) {
-        std::string path = canonical(task.output);
-        if (isInput.count(path)) failUsage("-o: '", task.output, "' is an input; it would be overwritten");
+        std::string path = placeOf(task.output);
+        if (read.count(path)) failUsage("-o: '", task.output, "' is an input; it would be overwritten");
         auto [place, isNew] = seen.emplace(path, &task);
         if (!isNew)
             failUsage("-o: '", place->second->making.input, "' and '", task.making.input,
                       "' would both be written to '", task.output,
                       "'; use a name with {stem}, {index} or {param}");
     }
+    if (report.empty()) return;
+    for (const FrameFiles& input : inputs)
+        for (const std::string& beside :
+             {fs::path(input.color).replace_extension(".json").string(), depthFileBeside(input.color)})
+            if (!beside.empty()) read.insert(placeOf(beside));
+    if (read.count(placeOf(report)) || seen.count(placeOf(report)))
+        failUsage("--report: '", report, "' is an input or output; it would be overwritten");
 }
 
 std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::vector<FrameFiles>& inputs,
@@ -171,7 +180,7 @@ std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::v
     for (const Task& task : tasks)
         if (a.withDepth && fs::path(task.output).extension() != ".exr")
             failUsage("--with-depth: '", task.output, "' should end in .exr");
-    requireDistinct(tasks, inputs);
+    requireDistinct(tasks, inputs, a.report);
     std::erase_if(tasks,
                   [part = part, parts = parts](const Task& task) { return task.frame % parts != part - 1; });
     return tasks;

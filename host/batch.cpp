@@ -320,6 +320,9 @@ class Run {
             std::vector<std::string> keptFiles;
             for (const Kept& kept : batch_.keep)
                 keptFiles.push_back(OutputNames::keptBeside(task.output, kept));
+            std::vector<std::string> outputs = keptFiles;
+            outputs.push_back(task.output);
+            for (const std::string& output : outputs) requireNotRead(output, token->frame->captured.files);
             options.attributes[recordKey] = writeRecord(task.making, token->frame->files, keptFiles);
             std::filesystem::path folder = std::filesystem::path(task.output).parent_path();
             std::error_code error;

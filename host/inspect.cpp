@@ -13,6 +13,7 @@
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "options.hpp"
+#include "output_names.hpp"
 #include "record.hpp"
 #include "shell_word.hpp"
 
@@ -98,6 +99,7 @@ void inspectOne(const FrameFiles& files, const Arguments& a, bool several) {
     if (doubts.empty()) std::cout << "  nothing looks wrong\n";
     if (a.picture.empty()) return;
     const std::string path = pictureOf(a.picture, frame, several);
+    requireNotRead(path, frame.files);
     writeImage(path, inspectionPicture(frame));
     std::cout << "  picture   " << path << "\n";
     if (!ranked) return;

@@ -37,6 +37,19 @@ void requireInside(const std::string& name, const std::string& folder) {
 
 }  // namespace
 
+std::string placeOf(const std::string& path) {
+    const fs::path whole = fs::absolute(path).lexically_normal();
+    std::error_code error;  // links in a circle lead nowhere
+    const fs::path folder = fs::weakly_canonical(whole.parent_path(), error);
+    return ((error ? whole.parent_path() : folder) / whole.filename()).string();
+}
+
+void requireNotRead(const std::string& output, const std::vector<std::string>& read) {
+    const std::string place = placeOf(output);
+    for (const std::string& file : read)
+        if (placeOf(file) == place) failUsage("'", output, "' is an input; it would be overwritten");
+}
+
 Kept parseKept(const std::string& argument) {
     size_t dot = argument.rfind('.');
     if (dot == std::string::npos) return {argument};

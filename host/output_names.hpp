@@ -15,6 +15,11 @@ struct Kept {
 /// "transmittance" or "depth.npy".
 Kept parseKept(const std::string& argument);
 
+/// A name's place in its folder: the same whatever links lead to the folder.
+std::string placeOf(const std::string& path);
+/// Throws Error (Usage) where that would overwrite a file that was read.
+void requireNotRead(const std::string& output, const std::vector<std::string>& read);
+
 class OutputNames {
   public:
     /// `out` is a folder (existing, or ending in /, or without an ending), a file, or a pattern holding

@@ -159,4 +159,25 @@ TEST_F(ApplyErrors, wrongPresets) {
     expectError("apply typo.json street.exr -o o.png", 2, "'visibility'");
 }
 
+// Captures are dear: whatever writes refuses to write over what was read, by any name.
+TEST_F(ApplyErrors, WhatWasReadIsNotWrittenOver) {
+    addFrame("a.exr");
+    ASSERT_EQ(brume("apply blend a.exr -o c.png --keep depth").status, 0);  // a frame of two files
+    addText("c.json", "{}");
+    std::filesystem::create_directory_symlink(".", path("here"));
+    const std::string before = test::bytesOf(path("c.depth.exr"));
+    for (const char* words :
+         {"-o c.depth.exr", "-o c.exr --keep depth", "-o here/c.depth.exr", "-o here/c.png"}) {
+        const auto ran = brume(std::string("apply depth_fog c.png ") + words);
+        EXPECT_EQ(ran.status, 2) << words;
+        EXPECT_THAT(ran.err, HasSubstr("is an input; it would be overwritten")) << words;
+    }
+    EXPECT_EQ(test::bytesOf(path("c.depth.exr")), before);
+    for (const char* report : {"c.png", "c.depth.exr", "c.json", "o.png", "here/o.png"})
+        expectError(std::string("apply depth_fog c.png -o o.png --report ") + report, 2,
+                    "would be overwritten");
+    EXPECT_EQ(brume("inspect a.exr --picture a.exr").status, 2);
+    EXPECT_EQ(brume("apply depth_fog c.png -o o.png --keep depth --report r.json").status, 0);
+}
+
 }  // namespace
