@@ -207,12 +207,16 @@ double kernelError(int method, double radius, double tolerance) {
     return statedError({0, float(tolerance), method}, radius);
 }
 
-// Frame copies on the CPU at 1920×1080 with two threads; `reach` of the FIR, or the small one, or of the
-// recursion's bands (0: it has none).
-double costOf(int method, int factor, int reach) {
-    if (method == fir || (method == decimated && factor == 1)) return 1.2 + .09 * reach;
-    if (method == decimated) return 1.35 + 1.2 / factor + .16 * reach / (factor * factor);
-    return method == recursive && reach > 0 ? 1.72 + 1.2e-5 * reach * reach : 3.2;
+// Frame copies on the CPU with two threads; `reach` of the FIR, or the small one, or of the recursion's bands
+// (0: it has none). Measured at 1920×1080 and, `isSmall`, at 1280×720, where caches hold more of a frame:
+// what moves memory is cheaper there against what computes.
+double costOf(int method, int factor, int reach, bool isSmall) {
+    if (method == fir || (method == decimated && factor == 1))
+        return isSmall ? .9 + .12 * reach : 1.2 + .105 * reach;
+    if (method == decimated)
+        return isSmall ? 1.35 + 1.2 / factor + .18 * reach / (factor * factor)
+                       : 1.15 + 1. / factor + .13 * reach / (factor * factor);
+    return method == recursive && reach > 0 ? (isSmall ? 2.9 : 1.9) + 1.2e-5 * reach * reach : 3.4;
 }
 
 Plan plan(const BesselBlur& p, const PlanInput& in) {
@@ -227,6 +231,7 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         return plan;
     }
     const blur::Unseen unseen(in, {radius, 12, blur::besselDensity});
+    const bool isSmall = in.frame.size.area() < 1400 * 1000;
     std::vector<blur::Choice> choices;
     auto offer = [&](int method, const char* name, double tolerance, double peak) {
         if (!in.chooses("method") && method != p.method) return;
@@ -241,10 +246,12 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
                           : method == fir       ? int(blur::besselTaps(radius, tolerance).size()) - 1
                           : method == recursive ? cascadeNumbersOf({p.radius, 0, recursive}, in.scene).reach
                                                 : 0;
-        choices.push_back({method, name, tolerance, error, peak,
-                           costOf(method, factor, reach) * in.scene.size.area() / in.frame.size.area()});
+        choices.push_back(
+            {method, name, tolerance, error, peak,
+             costOf(method, factor, reach, isSmall) * in.scene.size.area() / in.frame.size.area()});
     };
-    offer(fir, "fir", std::clamp(unseen.error(1), 1e-6, 1e-3), 1);
+    // A little less than would show: rounded to fp32 it must not be more.
+    offer(fir, "fir", std::clamp(.999 * unseen.error(1), 1e-6, 1e-3), 1);
     offer(recursive, "recursive", 1e-3, 4);
     // The coarsest that does not show.
     for (double tolerance = 1e-3; tolerance > 1e-5; tolerance /= 2) {

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "common/blur_bessel.hpp"
+#include "effect/plan.hpp"
+#include "effect/preset.hpp"
 #include "effects/blur_theorems.hpp"
 
 using namespace blur_test;
@@ -156,6 +158,24 @@ TEST(BesselBlur, ThePlansDensityIsTheKernels) {
     const Kernel truth = trueBessel(radius, 600);
     for (int d = 0; d <= 600; d++)
         EXPECT_NEAR(blur::besselDensity(d / radius) / radius, truth[d + 600], 2e-4 / radius) << d;
+}
+
+// A tolerance that just does not show was rounded to fp32, and half the time up: then a few taps lost to the
+// recursion, four times as dear.
+TEST(BesselBlur, AFewTapsAreChosenWhateverTheLights) {
+    for (float light = 1; light < 40; light *= 1.1f) {
+        brume::FramePair frame;
+        frame.color = cv::Mat(40, 60, CV_32FC4, cv::Scalar::all(.1));
+        frame.color.at<cv::Vec4f>(20, 30) = cv::Vec4f::all(light);
+        frame.depth = cv::Mat(40, 60, CV_32F, cv::Scalar(10));
+        frame.camera = brume::Camera::withHorizontalView(frame.size(), 90);
+        const auto chain = brume::planChain(
+            brume::parsePreset(
+                R"({"effects": [{"effect": "bessel_blur", "radius": 0.1, "method": "auto", "tolerance": "auto"}]})",
+                "test", brume::EffectRegistry::standard()),
+            frame, brume::Backend::Cpu, {});
+        EXPECT_NE(chain.steps.at(0).values.at("method").numbers.at(0), 1) << light;
+    }
 }
 
 TEST(BesselBlur, ItsStandardDeviationIsTheRadius) {
