@@ -95,8 +95,8 @@
      "WHEN": "$method == $method_dual_filter && $dualLevels > 1"},
     {"WHEN": "$method == $method_dual_filter"}
   ],
-  "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 4e-6,
-    "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference and widens its bound only"},
+  "TOLERANCE": {"ABS": 2e-6, "REL": 1e-5, "REFERENCE": 4e-6, "MEASURED": 0.7,
+    "REASON": "long sums in another order, beside brighter pixels; each method's own error is stated by the reference and widens its bound only"},
   "CHART": {
     "REFERENCE": {"method": "fir", "tolerance": 0.001},
     "CASES": [
