@@ -48,14 +48,7 @@ std::vector<Stage> stagesOf(const std::string& name, const Chain& chain,
     return stages;
 }
 
-bool runsOn(const Chain& chain, Backend backend) {
-    for (const Step& step : chain.steps) {
-        const PluginEffect* plugin = step.effect->plugin.get();
-        if (backend == Backend::Cpu && step.enabled && !(plugin && (plugin->hasRows() || plugin->hasRun())))
-            return false;
-    }
-    return true;
-}
+bool runsOn(const Chain& chain, Backend backend) { return backend == Backend::Gl || !chain.needsGl(); }
 
 void printLine(const std::string& name, const std::string& backend, const BenchResult& r, bool steps) {
     char line[200];

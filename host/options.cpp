@@ -111,11 +111,7 @@ std::unique_ptr<Runner> BackendOption::makeRunner(const Chain& chain) const {
     if (name == "gl") return makeGlRunner(GlPlatform::Auto);
     if (name == "osmesa") return makeGlRunner(GlPlatform::Osmesa);
     if (name == "egl") return makeGlRunner(GlPlatform::Egl);
-    bool needsGl = std::any_of(chain.steps.begin(), chain.steps.end(), [](const Step& step) {
-        const PluginEffect* plugin = step.effect->plugin.get();
-        return step.enabled && !(plugin && (plugin->hasRows() || plugin->hasRun()));
-    });
-    if (needsGl) return makeGlRunner(GlPlatform::Auto);
+    if (chain.needsGl()) return makeGlRunner(GlPlatform::Auto);
     if (mayHaveGpu()) try {
             auto thread = std::make_shared<GlThread>(GlPlatform::Egl);
             bool isHardware = false;

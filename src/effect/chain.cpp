@@ -29,6 +29,11 @@ bool Chain::readsTransmittance(const std::vector<std::string>& keep) const {
                        [](const Step& step) { return step.enabled && step.reads("transmittance"); });
 }
 
+bool Chain::needsGl() const {
+    return std::any_of(steps.begin(), steps.end(),
+                       [](const Step& step) { return step.enabled && !step.effect->hasCpu(); });
+}
+
 // What a sidecar path ("lights/point", "lights/directional/direction") leads to; null if the sidecar lacks
 // it.
 static json sidecarItem(const json& sidecar, const std::string& path) {

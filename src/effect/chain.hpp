@@ -38,6 +38,8 @@ struct Chain {
 
     /// True where a later step after `from` or `keep` reads "transmittance".
     bool readsTransmittance(const std::vector<std::string>& keep) const;
+    /// True where an enabled step has no CPU half.
+    bool needsGl() const;
 };
 
 /// What was decided about one step, for --explain.

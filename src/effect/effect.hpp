@@ -27,6 +27,8 @@ struct Effect {
     std::shared_ptr<const ExpandedSource> source;
 
     const std::string& name() const { return header.name; }
+    /// A plugin always holds a CPU half: loadEffect sees to it.
+    bool hasCpu() const { return plugin != nullptr; }
 };
 
 /// Reads `<folder>/<name>.fs` and, if `library` names a file, loads the plugin from it. Throws Error (Usage):

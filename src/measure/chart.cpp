@@ -148,7 +148,7 @@ void main() { store(fetch(inputImage, pixel())); }
 
 bool runsOn(const ChartVariant& variant, const Effect& effect, Backend backend) {
     if (backend == Backend::Gl) return variant.onGl;
-    return variant.onCpu && effect.plugin && (effect.plugin->hasRows() || effect.plugin->hasRun());
+    return variant.onCpu && effect.hasCpu();
 }
 
 std::string textOf(const EffectHeader& header, const ChartVariant& variant) {

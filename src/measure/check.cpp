@@ -48,7 +48,7 @@ struct Subject {
     std::vector<std::string> keep;
 
     explicit Subject(const std::shared_ptr<const Effect>& e) : effect(e) {
-        hasCpu = e->plugin && (e->plugin->hasRows() || e->plugin->hasRun());
+        hasCpu = e->hasCpu();
         hasReference = e->plugin && e->plugin->hasReference();
         if (e->header.writesTransmittance) keep.push_back("transmittance");
         readsOtherImages = std::any_of(
