@@ -127,7 +127,9 @@ struct ProfileFunction {
 
 /// The table that table methods, and the table profile, look up.
 struct Table {
-    double first = 0, step = 1;            ///< m above the eye, m
+    double step = 1;                       ///< m
+    int base = 0;                          ///< the node at or below the eye, or the nearest one
+    double baseHeight = 0;                 ///< m above the eye
     std::vector<cv::Vec3d> density, mean;  ///< at nodes; of the cell above a node
     std::vector<cv::Vec3d> toNode;         ///< mean from the eye to a node
 };
@@ -141,41 +143,46 @@ inline Table makeTable(const HeightFog& p, double eye) {
     const ProfileFunction profile(p, eye);
     const size_t nodes = tableNodes(p);
     auto [bottom, top] = tableRange(p, eye);
+    const int last = int(nodes) - 1;
     Table t;
-    t.first = bottom;
-    t.step = std::max((top - bottom) / double(nodes - 1), 1e-9);
-    for (size_t k = 0; k < nodes; k++) t.density.push_back(profile.at(t.first + double(k) * t.step));
-    for (size_t k = 0; k + 1 < nodes; k++) {
-        const double a = t.first + double(k) * t.step;
+    t.step = std::max((top - bottom) / last, 1e-9);
+    t.base = int(std::clamp(std::floor(-bottom / t.step), 0., double(last)));
+    t.baseHeight = bottom + t.base * t.step;
+    for (int k = 0; k <= last; k++) t.density.push_back(profile.at(bottom + k * t.step));
+    for (int k = 0; k < last; k++) {
+        const double a = bottom + k * t.step;
         t.mean.push_back(profile.integral(a, a + t.step) * (1 / t.step));
     }
     t.mean.push_back(t.density.back());
-    // From the first node up, then all shifted to begin at the eye, in whose cell the method's own rule
-    // holds.
-    cv::Vec3d sum;
-    std::vector<cv::Vec3d> integral;
-    for (size_t k = 0; k < nodes; k++) integral.push_back(sum), sum += t.mean[k] * t.step;
-    const double cell = std::floor(-t.first / t.step);
-    cv::Vec3d eyeIntegral;
-    if (cell < 0) {
-        eyeIntegral = t.density.front() * -t.first;
-    } else if (cell >= double(nodes - 1)) {
-        eyeIntegral = integral.back() + t.density.back() * (-t.first - t.step * double(nodes - 1));
-    } else {
-        const auto k = size_t(cell);
-        const double s = -t.first / t.step - cell;
-        const cv::Vec3d a = t.density[k], b = t.density[k + 1], m = t.mean[k];
-        cv::Vec3d inside = a * s + (b - a) * (.5 * s * s);
-        if (p.method == tableLinear) inside = m * s;
+    // Upwards and downwards from the eye, in whose cell the method's own rule holds: no two integrals from
+    // the table's end are subtracted. s cells of way from a node whose density is a, m in the mean to the
+    // next, b.
+    auto ownMean = [&](double s, const cv::Vec3d& a, const cv::Vec3d& m, const cv::Vec3d& b) -> cv::Vec3d {
+        if (p.method == tableLinear) return m;
         if (p.method == tableHermite)
-            inside = m * (s * s * (3 - 2 * s)) + a * (s * (1 - s) * (1 - s)) + b * (s * s * (s - 1));
-        eyeIntegral = integral[k] + inside * t.step;
+            return m * (s * (3 - 2 * s)) + a * ((1 - s) * (1 - s)) + b * (s * (s - 1));
+        return a + (b - a) * (.5 * s);
+    };
+    t.toNode.resize(nodes);
+    const bool isBelow = bottom > 0, isAbove = t.base == last;
+    const double s = -t.baseHeight / t.step;  // of the eye's cell lie below it
+    int down = t.base, up = t.base + 1;
+    if (isBelow) {
+        t.toNode[0] = t.density[0], up = 1, down = 0;
+    } else if (isAbove) {
+        t.toNode[last] = t.density[last];
+    } else {
+        const cv::Vec3d &a = t.density[t.base], &b = t.density[up], &m = t.mean[t.base];
+        t.toNode[down] = ownMean(s, a, m, b);
+        t.toNode[up] = ownMean(1 - s, b, m, a);
+        up++;
     }
-    for (size_t k = 0; k < nodes; k++) {
-        const double way = t.first + double(k) * t.step;
-        const bool isHere = std::abs(way) < 1e-9 * std::max(t.step * double(nodes), std::abs(t.first));
-        t.toNode.push_back(isHere ? t.density[k] : (integral[k] - eyeIntegral) * (1 / way));
-    }
+    auto wayTo = [&](int k) { return std::abs(t.baseHeight + (k - t.base) * t.step); };
+    auto extend = [&](int from, int to, const cv::Vec3d& cellMean) {
+        t.toNode[to] = (t.toNode[from] * wayTo(from) + cellMean * t.step) * (1 / wayTo(to));
+    };
+    for (int k = up; k <= last; k++) extend(k - 1, k, t.mean[k - 1]);
+    for (int k = down; k > 0; k--) extend(k, k - 1, t.mean[k - 1]);
     return t;
 }
 

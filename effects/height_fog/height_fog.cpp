@@ -76,8 +76,11 @@ std::vector<double> nodeCount(const HeightFog& p, const DeriveContext&) { return
 std::vector<double> tableStep(const HeightFog& p, const DeriveContext& c) {
     return {makeTable(p, eyeOf(c)).step};
 }
-std::vector<double> tableFirst(const HeightFog& p, const DeriveContext& c) {
-    return {tableRange(p, eyeOf(c)).first};
+std::vector<double> tableBase(const HeightFog& p, const DeriveContext& c) {
+    return {double(makeTable(p, eyeOf(c)).base)};
+}
+std::vector<double> tableBaseHeight(const HeightFog& p, const DeriveContext& c) {
+    return {makeTable(p, eyeOf(c)).baseHeight};
 }
 std::vector<double> tableDensity(const HeightFog& p, const DeriveContext& c) {
     return perNode(makeTable(p, eyeOf(c)).density);
@@ -122,7 +125,8 @@ Constants constantsOf(const HeightFog& p, const CpuContext& c) {
     k.hasLayer[0] = p.density > 0, k.hasLayer[1] = p.density2 > 0;
     k.table = {c.derived("table_density").data(), c.derived("table_mean").data(),
                c.derived("table_to_node").data(), int(c.derived("table_nodes")[0]),
-               c.derived("table_first")[0],       c.derived("table_step")[0]};
+               int(c.derived("table_base")[0]),   c.derived("table_base_height")[0],
+               c.derived("table_step")[0]};
     auto grey = [](const cv::Vec3f& t) { return t[0] == t[1] && t[1] == t[2]; };
     if (p.profile == exponential)
         k.oneChannel = (!k.hasLayer[0] || grey(p.tint)) && (!k.hasLayer[1] || grey(p.tint2));
@@ -400,7 +404,8 @@ auto effect() {
         .derive("ramp_slopes", rampSlopes)
         .derive("table_nodes", nodeCount)
         .derive("table_step", tableStep)
-        .derive("table_first", tableFirst)
+        .derive("table_base", tableBase)
+        .derive("table_base_height", tableBaseHeight)
         .derive("table_density", tableDensity)
         .derive("table_mean", tableMean)
         .derive("table_to_node", tableToNode)

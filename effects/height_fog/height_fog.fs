@@ -58,7 +58,8 @@
          "FROM": ["ramp"]},
         {"NAME": "table_nodes", "TYPE": "int", "FROM": ["profile", "method", "table", "table_size"]},
         {"NAME": "table_step", "TYPE": "float", "DESCRIPTION": "m between nodes", "FROM": ["profile", "method", "table", "table_size", "table_bottom", "table_top"]},
-        {"NAME": "table_first", "TYPE": "float", "DESCRIPTION": "height of the first node above the eye", "FROM": ["camera", "table_bottom"]},
+        {"NAME": "table_base", "TYPE": "int", "DESCRIPTION": "the node at or below the eye, or the nearest one", "FROM": ["camera", "profile", "method", "table", "table_size", "table_bottom", "table_top"]},
+        {"NAME": "table_base_height", "TYPE": "float", "DESCRIPTION": "its height above the eye, m", "FROM": ["camera", "profile", "method", "table", "table_size", "table_bottom", "table_top"]},
         {"NAME": "table_density", "TYPE": "vec4 array", "SIZE": "$table_nodes", "DESCRIPTION": "rgb density at each node",
          "FROM": ["profile", "method", "density", "height", "falloff", "tint", "density2", "height2", "falloff2", "tint2", "ramp", "table", "table_bottom", "table_top", "table_size"]},
         {"NAME": "table_mean", "TYPE": "vec4 array", "SIZE": "$table_nodes", "DESCRIPTION": "rgb mean density between a node and the next",
@@ -153,11 +154,13 @@ vec3 rampMean(float dy) {
     return sum / way;
 }
 
-// 3. table: whole cells from the integral, the rest by the cell's own rule
+// 3. table: whole cells from the integral, the rest by the cell's own rule. Nodes are counted from the eye's, not from
+// the first: that may be so far that fp32 holds its height to a metre only.
 int tableCell(float y) {
-    return int(clamp(floor((y - table_first) / table_step), -1.0, float(table_nodes - 1)));
+    float cell = floor((y - table_base_height) / table_step) + float(table_base);
+    return int(clamp(cell, -1.0, float(table_nodes - 1)));
 }
-float tableNode(int cell) { return table_first + float(cell) * table_step; }
+float tableNode(int cell) { return table_base_height + float(cell - table_base) * table_step; }
 // 3.1 the mean inside one cell, between two heights
 vec3 tableCellMean(int cell, float y0, float y1) {
     if (cell < 0) return table_density[0].rgb;

@@ -70,22 +70,19 @@ struct Ramp {
     BRUME_INLINE static Real positive(Real x) { return x > Real(0) ? x : Real(0); }
 };
 
-// 3. Table: whole cells from their mean, the rest by the cell's own rule. Arrays hold RGB_ a node.
+// 3. Table: whole cells from their mean, the rest by the cell's own rule. Arrays hold RGB_ a node. Nodes are
+// counted from the eye's, not from the first: that may be so far that fp32 holds its height to a metre only.
 template <class Real>
 struct TableView {
     const Real *density, *cellMean, *toNode;  ///< toNode: mean from the eye to a node
-    int nodes;
-    Real first, step;
+    int nodes, base;                          ///< base: the node at or below the eye, or the nearest one
+    Real baseHeight, step;
 
     BRUME_INLINE int cellOf(Real y) const {
-        const Real cell = std::floor((y - first) / step);
+        const Real cell = std::floor((y - baseHeight) / step) + Real(base);
         return int(cell < Real(-1) ? Real(-1) : (cell > Real(nodes - 1) ? Real(nodes - 1) : cell));
     }
-    BRUME_INLINE Real nodeAt(int cell) const { return first + Real(cell) * step; }
-    BRUME_INLINE Real part(Real y, int cell) const {
-        const Real t = (y - nodeAt(cell)) / step;
-        return t < Real(0) ? Real(0) : (t > Real(1) ? Real(1) : t);
-    }
+    BRUME_INLINE Real nodeAt(int cell) const { return baseHeight + Real(cell - base) * step; }
     // 3.1 the mean inside one cell, between two heights
     template <int method>
     BRUME_INLINE Real insideMean(int n, int cell, Real y0, Real y1) const {

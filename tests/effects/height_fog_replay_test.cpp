@@ -2,6 +2,7 @@
 // their own error, which says nothing where that is large (a table that ends below a layer, a march over it).
 #include "error.hpp"
 #include "fog_fixture.hpp"
+#include "gl/gl_runner.hpp"
 #include "height_fog/reference.hpp"
 #include "measure/check.hpp"
 
@@ -63,6 +64,26 @@ TEST(HeightFogMethods, InFp32AreThemselvesInFp64) {
     EXPECT_GT(sets, 8);
     // measured: 1.04e-6
     EXPECT_LT(worst.apart, 2e-6) << worst.where;
+}
+
+// A table as high as the Earth, whose first node fp32 places to a metre only.
+TEST(HeightFogMethods, HalvesAgreeInAHugeTable) {
+    std::string table;
+    for (int k = 0; k < 20; k++) table += text(k ? ", " : "", "{\"density\": ", k == 10 ? 0 : 50, "}");
+    FramePair frame = fogFrame();
+    const auto cpu = makeCpuRunner(), gl = makeGlRunner(GlPlatform::Osmesa);
+    for (double height : {1.6, -730., 4321.}) {
+        frame.camera.worldFromCamera = Camera::standing(height, -5);
+        for (const char* method : {"table linear", "table Hermite", "march"}) {
+            const std::string preset = text(
+                R"({"effects": [{"effect": "height_fog", "profile": "table", "method": ")", method,
+                R"(", "table_bottom": -1e7, "table_top": 9e6, "table_size": 20, "table": [)", table, "]}]}");
+            const Chain chain = parsePreset(preset, "test", EffectRegistry::standard());
+            const cv::Mat a = cpu->run(chain, frame, {"transmittance"}).images.at("transmittance"),
+                          b = gl->run(chain, frame, {"transmittance"}).images.at("transmittance");
+            EXPECT_LT(cv::norm(a, b, cv::NORM_INF), 2e-6) << method << " from " << height << " m";
+        }
+    }
 }
 
 }  // namespace

@@ -219,7 +219,8 @@ double tableOrder() {
                     mean.push_back(n < 3 ? t.mean[k][n] : 0);
                     toNode.push_back(n < 3 ? t.toNode[k][n] : 0);
                 }
-            const TableView<double> view{density.data(), mean.data(), toNode.data(), nodes, t.first, t.step};
+            const TableView<double> view{density.data(), mean.data(),  toNode.data(), nodes,
+                                         t.base,         t.baseHeight, t.step};
             for (double dy : {9.3, 13.9, -2.2}) {
                 const double truth = referenceDepth(p, eye, std::abs(dy) * 2, dy / (std::abs(dy) * 2), 0);
                 worst = std::max(worst, std::abs(view.mean<method>(0, dy) * std::abs(dy) * 2 - truth));
@@ -268,7 +269,7 @@ TEST(HeightFogMethods, OnShortWaysTheLinearTableIsAStaircaseAndHermiteIsNot) {
                     flat[2].push_back(n < 3 ? t.toNode[k][n] : 0);
                 }
             const TableView<double> view{flat[0].data(), flat[1].data(), flat[2].data(), 257,
-                                         t.first,        t.step};
+                                         t.base,         t.baseHeight,   t.step};
             const double truth = referenceDepth(p, eye, 1, 1e-3, 0);
             largest = std::max(largest, std::abs(rule(view, 1e-3) / truth - 1));
         }
