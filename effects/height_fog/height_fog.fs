@@ -94,7 +94,7 @@
          "HOLDS": {"march": [1e-09, 10]}},
         {"NAME": "steep falloff", "STRESS": {"NAME": "falloff times change of height", "RANGE": [1e-3, 1000], "PER_DECADE": 2},
          "FRAME": {"HEIGHT": 9, "RISE": 10, "DEPTH": 60}, "SET": {"falloff": "$stress / 10", "table_bottom": -10, "table_top": 20},
-         "HOLDS": {"table linear": [[0.001, 3], [100, 1000]], "table Hermite": [[0.001, 10], [100, 1000]]}},
+         "HOLDS": {"table linear": [[0.001, 3], [100, 1000]]}},
         {"NAME": "world offset", "STRESS": {"NAME": "distance from the world's origin", "UNIT": "m", "RANGE": [1, 1e7], "PER_DECADE": 1},
          "FRAME": {"SCENE": "ground", "EYE": ["$stress", "$stress + 1.6", "-$stress"], "DEPTH": 40},
          "SET": {"height": "$stress", "falloff": 0.3, "table_bottom": "$stress - 3", "table_top": "$stress + 60", "table_size": 1024, "steps": 256}},
