@@ -1,6 +1,7 @@
 // A size expression: parsed, its names collected, evaluated.
 #include "effect/size_expression.hpp"
 #include "fuzz_input.hpp"
+#include "repeats.hpp"
 
 using namespace brume;
 

@@ -2,6 +2,7 @@
 #include "effect/header.hpp"
 #include "fuzz_input.hpp"
 #include "gl/isf_rewrite.hpp"
+#include "repeats.hpp"
 
 using namespace brume;
 

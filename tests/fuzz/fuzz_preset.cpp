@@ -1,6 +1,7 @@
 // A preset, and that what is written of it reads back.
 #include "effect/preset.hpp"
 #include "fuzz_input.hpp"
+#include "repeats.hpp"
 
 using namespace brume;
 

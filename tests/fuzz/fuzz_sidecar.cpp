@@ -5,6 +5,7 @@
 #include "frame/depth_encoding.hpp"
 #include "frame/sidecar.hpp"
 #include "fuzz_input.hpp"
+#include "repeats.hpp"
 
 using namespace brume;
 
