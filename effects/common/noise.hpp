@@ -61,6 +61,16 @@ inline NoiseLattice noiseLattice(const cv::Vec3d& position, const cv::Vec3d& vel
     return int32_t(uint32_t(a) + uint32_t(b));
 }
 
+/// The number of the cell that begins at `whole`. Beyond 2^30 (and where there is none, for NaN) it stays:
+/// fp32 knows whole cells only there, where noise is 0 in any of them, and no integer may be made of what it
+/// cannot hold.
+template <class Real>
+[[gnu::always_inline]] inline int32_t cellNumber(Real whole) {
+    constexpr Real most = 1 << 30;
+    whole = whole > -most ? whole : -most;
+    return int32_t(whole < most ? whole : most);
+}
+
 // 1. the hash of a lattice point, uniform over 32 bits
 [[gnu::always_inline]] inline uint32_t latticeHash(uint32_t x, uint32_t y, uint32_t z, uint32_t seed) {
     uint32_t h = (x * 73856093u) ^ (y * 19349663u) ^ (z * 83492791u) ^ (seed * 2654435769u);
@@ -86,9 +96,9 @@ template <class Real>
     // 3.1 cell and place in it
     const Real floorX = std::floor(x), floorY = std::floor(y), floorZ = std::floor(z);
     const Real fx = x - floorX, fy = y - floorY, fz = z - floorZ;
-    const int32_t cellX = wrappedSum(int32_t(floorX), lattice.cellX),
-                  cellY = wrappedSum(int32_t(floorY), lattice.cellY),
-                  cellZ = wrappedSum(int32_t(floorZ), lattice.cellZ);
+    const int32_t cellX = wrappedSum(cellNumber(floorX), lattice.cellX),
+                  cellY = wrappedSum(cellNumber(floorY), lattice.cellY),
+                  cellZ = wrappedSum(cellNumber(floorZ), lattice.cellZ);
     const uint32_t x0 = uint32_t(cellX) & lattice.mask, x1 = (uint32_t(cellX) + 1u) & lattice.mask;
     const uint32_t y0 = uint32_t(cellY) & lattice.mask, y1 = (uint32_t(cellY) + 1u) & lattice.mask;
     const uint32_t z0 = uint32_t(cellZ) & lattice.mask, z1 = (uint32_t(cellZ) + 1u) & lattice.mask;
@@ -181,9 +191,9 @@ template <class Real>
 template <class Real>
 [[gnu::always_inline]] inline Real simplexNoise(Real x, Real y, Real z, const NoiseLattice& lattice) {
     const Real floorX = std::floor(x), floorY = std::floor(y), floorZ = std::floor(z);
-    return simplexInCell(x - floorX, y - floorY, z - floorZ, wrappedSum(int32_t(floorX), lattice.cellX),
-                         wrappedSum(int32_t(floorY), lattice.cellY),
-                         wrappedSum(int32_t(floorZ), lattice.cellZ), lattice);
+    return simplexInCell(x - floorX, y - floorY, z - floorZ, wrappedSum(cellNumber(floorX), lattice.cellX),
+                         wrappedSum(cellNumber(floorY), lattice.cellY),
+                         wrappedSum(cellNumber(floorZ), lattice.cellZ), lattice);
 }
 
 // 4.4 The gradients of the fifteen lattice points that simplex noise meets within a cell: where many places

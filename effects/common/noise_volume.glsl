@@ -6,7 +6,8 @@ float volumeNoise(sampler3D volume, vec3 q, ivec3 base) {
     int mask = textureSize(volume, 0).x - 1;
     vec3 whole = floor(q);
     vec3 f = q - whole;
-    ivec3 a = (ivec3(whole) + base) & mask;
+    // as its twin's: an integer may not hold what lies beyond
+    ivec3 a = (ivec3(clamp(whole, -1073741824.0, 1073741824.0)) + base) & mask;
     ivec3 b = (a + 1) & mask;
     vec4 x0 = vec4(texelFetch(volume, ivec3(a.x, a.y, a.z), 0).r, texelFetch(volume, ivec3(a.x, b.y, a.z), 0).r,
                    texelFetch(volume, ivec3(a.x, a.y, b.z), 0).r, texelFetch(volume, ivec3(a.x, b.y, b.z), 0).r);

@@ -18,8 +18,8 @@ BRUME_INLINE float volumeNoise(const float* volume, int edge, float qx, float qy
     const int mask = edge - 1;
     const float wholeX = std::floor(qx), wholeY = std::floor(qy), wholeZ = std::floor(qz);
     const float fx = qx - wholeX, fy = qy - wholeY, fz = qz - wholeZ;
-    const int ax = (int(wholeX) + baseX) & mask, ay = (int(wholeY) + baseY) & mask,
-              az = (int(wholeZ) + baseZ) & mask;
+    const int ax = (cellNumber(wholeX) + baseX) & mask, ay = (cellNumber(wholeY) + baseY) & mask,
+              az = (cellNumber(wholeZ) + baseZ) & mask;
     const int bx = (ax + 1) & mask, by = (ay + 1) & mask, bz = (az + 1) & mask;
     const int y0 = ay * edge, y1 = by * edge, z0 = az * edge * edge, z1 = bz * edge * edge;
     const float a00 = volume[z0 + y0 + ax], b00 = volume[z0 + y0 + bx];

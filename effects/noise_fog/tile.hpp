@@ -109,7 +109,7 @@ BRUME_INLINE void texelsTile(const NoiseFog& p, const Constants& k, int count, T
         for (int i = 0; i < count; i++) {
             const float q = t.p[a][i] * float(texels), whole = std::floor(q);
             share[a][i] = q - whole;
-            low[a][i] = int(whole) + cell[a] * texels;
+            low[a][i] = cellNumber(whole) + cell[a] * texels;
         }
     for (int corner = 0; corner < 8; corner++)
         for (int i = 0; i < count; i++)
