@@ -91,6 +91,8 @@ bool isPersistent(const Chain& chain) {
     return false;
 }
 
+std::string backendName(const Runner& runner) { return runner.backend() == Backend::Cpu ? "cpu" : "gl"; }
+
 void dumpShaders(const Chain& chain) {
     for (const Step& step : chain.steps)
         for (size_t pass = 0; pass < step.effect->header.passes.size(); pass++)
@@ -226,7 +228,7 @@ void tellLeftOut(const std::vector<FrameFiles>& inputs, const Arguments& a) {
 }
 
 void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string& sheetPath) {
-    Report report;
+    Report report(batch.chain, a.seed, backendName(*batch.runner));
     Progress progress(batch.tasks.size());
     std::vector<Thumbnail> thumbnails;
     std::string firstError;
@@ -336,7 +338,7 @@ void apply(Arguments a) {
     parseShard(a.shard);
     batch.runner = a.backend.makeRunner(chain);
     std::string backend = a.backend.name;
-    if (backend == "auto") backend = batch.runner->backend() == Backend::Cpu ? "cpu" : "gl";
+    if (backend == "auto") backend = backendName(*batch.runner);
     batch.tasks = makeTasks(a, chain, inputs, variants, names, backend);
     std::unique_ptr<FolderLock> lock;
     if (inputs.size() > 1) lock = std::make_unique<FolderLock>(names.folder(), !a.shard.empty());

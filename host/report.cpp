@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "effect/preset.hpp"
 #include "error.hpp"
 #include "frame/pending_file.hpp"
 
@@ -15,6 +16,13 @@ static nlohmann::ordered_json valueOf(const std::string& setting) {
     auto value = nlohmann::ordered_json::parse(
         isList ? "[" + setting.substr(1, setting.size() - 2) + "]" : setting, nullptr, false);
     return value.is_number() || value.is_array() ? value : nlohmann::ordered_json(setting);
+}
+
+Report::Report(const Chain& chain, uint32_t seed, const std::string& backend) {
+    run_["version"] = BRUME_VERSION;
+    run_["preset"] = nlohmann::ordered_json::parse(writePreset(chain));
+    run_["seed"] = seed;
+    run_["backend"] = backend;
 }
 
 void Report::add(const Task& task, const Outcome& outcome) {
@@ -58,8 +66,7 @@ void Report::write(const std::string& path) const {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    nlohmann::ordered_json report;
-    report["version"] = BRUME_VERSION;
+    nlohmann::ordered_json report = run_;
     report["frames"] = frames_;
     report["summary"] = {
         {"made", made_},      {"up_to_date", upToDate_},   {"failed", failed_},

@@ -103,6 +103,8 @@ TEST_F(Batch, drawsStayInRangeDifferAndAreRecorded) {
     }
     EXPECT_EQ(drawn.size(), 12u);
     EXPECT_EQ(models.size(), 2u);
+    EXPECT_EQ(report["preset"]["effects"][0]["effect"], "depth_fog") << report["preset"];
+    EXPECT_EQ(report["seed"], 0);
     auto first = pictures("out");
     fs::remove_all(path("out"));
     ASSERT_EQ(brume(apply).status, 0);
@@ -110,6 +112,7 @@ TEST_F(Batch, drawsStayInRangeDifferAndAreRecorded) {
     fs::remove_all(path("out"));
     ASSERT_EQ(brume(apply + " --seed 2").status, 0);
     EXPECT_FALSE(pictures("out") == first) << "others with another seed";
+    EXPECT_EQ(reportAt("r.json")["seed"], 2);
 }
 
 TEST_F(Batch, framesThatNoDepthLiesNearAreSaidToBeLeftOut) {
