@@ -133,6 +133,14 @@ void blankDirective(std::vector<Token>& tokens, size_t hash) {
     blank(tokens, hash, end);
 }
 
+bool isStorage(const std::string& word) {
+    static const std::set<std::string> words = {"uniform", "varying", "in", "out", "attribute"};
+    return words.count(word) > 0;
+}
+
+// What looks ahead from a word stops where the next such word stands, or at a semicolon: a file of nothing
+// but such words would else take time by the square of its length.
+
 // What stands between a storage word and its semicolon, if it is the declaration of a global variable.
 struct Declaration {
     std::vector<std::string> words;  // qualifiers, type, names
@@ -144,7 +152,9 @@ Declaration declarationAt(const std::vector<Token>& tokens, size_t start) {
     Declaration found;
     for (size_t k = start; k < tokens.size(); k++) {
         const Token& token = tokens[k];
-        if (token.kind == Token::Kind::Name && found.array.empty()) {
+        if (k > start && isStorage(token.text)) {
+            return found;  // no declaration holds two
+        } else if (token.kind == Token::Kind::Name && found.array.empty()) {
             found.words.push_back(token.text);
         } else if (token.text == ";") {
             if (found.words.size() >= 3) found.end = k + 1;
@@ -161,22 +171,21 @@ Declaration declarationAt(const std::vector<Token>& tokens, size_t start) {
 
 bool isPrecision(const std::string& word) { return word == "lowp" || word == "mediump" || word == "highp"; }
 
-// Blanks the `layout(...)` that ends before `place`.
+// Blanks the `layout(...)` that ends before `place`; one declaration holds it.
 void blankLayout(std::vector<Token>& tokens, size_t place) {
     size_t k = place;
     while (k > 0 && isBlank(tokens[k - 1])) k--;
     if (k == 0 || tokens[k - 1].text != ")") return;
-    while (k > 0 && tokens[k - 1].text != "layout") k--;
-    if (k > 0) blank(tokens, k - 1, place);
+    while (k > 0 && tokens[k - 1].text != "layout" && tokens[k - 1].text != ";") k--;
+    if (k > 0 && tokens[k - 1].text == "layout") blank(tokens, k - 1, place);
 }
 
 // Blanks `uniform vec2 RENDERSIZE;` where the host declares that name already; notes what goes between the
 // stages, and a fragment shader's own output, which becomes a plain variable.
 void readDeclaration(std::vector<Token>& tokens, size_t start, IsfStage stage,
                      const std::set<std::string>& hostNames, IsfUses& uses) {
-    static const std::set<std::string> storage = {"uniform", "varying", "in", "out", "attribute"};
     const std::string word = tokens[start].text;
-    if (!storage.count(word)) return;
+    if (!isStorage(word)) return;
     const Declaration declaration = declarationAt(tokens, start);
     if (declaration.end == 0) return;
     const auto& words = declaration.words;
@@ -199,10 +208,11 @@ void blankConst(std::vector<Token>& tokens, size_t start, std::set<std::string>&
     size_t end = start, assignment = 0;
     bool isVariable = false;
     for (; end < tokens.size() && tokens[end].text != ";"; end++) {
-        if (tokens[end].text == "{" || (tokens[end].text == ")" && assignment == 0))
+        const std::string& text = tokens[end].text;
+        if (text == "{" || (text == ")" && assignment == 0) || (text == "const" && end > start))
             return;  // no declaration
-        if (tokens[end].text == "=" && assignment == 0) assignment = end;
-        isVariable |= assignment > 0 && variables.count(tokens[end].text) > 0;
+        if (text == "=" && assignment == 0) assignment = end;
+        isVariable |= assignment > 0 && variables.count(text) > 0;
     }
     if (!isVariable) return;
     for (size_t k = assignment; k-- > start;)
@@ -221,33 +231,36 @@ bool isPlainType(const std::string& word) {
 }
 
 // `vec4 sum;` gets a value where it is declared: published files add to such variables, counting on the zeros
-// that they happened to hold where the file was written.
-void initialiseDeclared(std::vector<Token>& tokens, size_t typePlace) {
-    int depth = 0;
-    for (size_t k = nextSolid(tokens, typePlace + 1); k < tokens.size();) {
-        if (tokens[k].kind != Token::Kind::Name) return;  // a constructor, or no declaration
+// that they happened to hold where the file was written. Says how far it looked.
+size_t initialiseDeclared(std::vector<Token>& tokens, size_t typePlace) {
+    size_t k = nextSolid(tokens, typePlace + 1);
+    while (k < tokens.size()) {
+        if (tokens[k].kind != Token::Kind::Name) return k;  // a constructor, or no declaration
         size_t next = nextSolid(tokens, k + 1);
-        if (next >= tokens.size()) return;
+        if (next >= tokens.size()) return next;
         if (tokens[next].text == "," || tokens[next].text == ";") {
             tokens[k].text += " = " + tokens[typePlace].text + "(0)";
         } else {
-            if (tokens[next].text != "=" && tokens[next].text != "[") return;
+            if (tokens[next].text != "=" && tokens[next].text != "[") return next;
+            int depth = 0;
             for (; next < tokens.size(); next++) {
                 const std::string& text = tokens[next].text;
                 if (text == "(" || text == "[" || text == "{") depth++;
                 if (text == ")" || text == "]" || text == "}") depth--;
-                if (depth == 0 && (text == "," || text == ";")) break;
+                if (text == ";" || (depth <= 0 && text == ",") || depth < 0) break;
             }
         }
-        if (next >= tokens.size() || tokens[next].text == ";") return;
+        if (next >= tokens.size() || tokens[next].text != ",") return next;
         k = nextSolid(tokens, next + 1);
     }
+    return k;
 }
 
 void initialiseLocals(std::vector<Token>& tokens) {
     std::vector<bool> isStruct;  // of the braces around
     bool structAhead = false;
     std::string before;
+    size_t looked = 0;
     for (size_t k = 0; k < tokens.size(); k++) {
         if (isBlank(tokens[k])) continue;
         const std::string text = tokens[k].text;
@@ -260,8 +273,8 @@ void initialiseLocals(std::vector<Token>& tokens) {
         if (text == "}" && !isStruct.empty()) isStruct.pop_back();
         const bool startsStatement =
             before == "{" || before == "}" || before == ";" || isPrecision(before) || before == ":";
-        if (!isStruct.empty() && !isStruct.back() && startsStatement && isPlainType(text))
-            initialiseDeclared(tokens, k);
+        if (!isStruct.empty() && !isStruct.back() && startsStatement && isPlainType(text) && k >= looked)
+            looked = initialiseDeclared(tokens, k);
         before = text;
     }
 }
