@@ -2,12 +2,11 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
-#include <cstring>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
-#include <unordered_map>
-#include <unordered_set>
 
+#include "apply_tasks.hpp"
 #include "batch.hpp"
 #include "commands.hpp"
 #include "contact_sheet.hpp"
@@ -17,7 +16,6 @@
 #include "file_status.hpp"
 #include "folder_lock.hpp"
 #include "frame/inspect.hpp"
-#include "frame/pairing.hpp"
 #include "frame/sequence.hpp"
 #include "frame/write.hpp"
 #include "gl/gl_runner.hpp"
@@ -68,22 +66,6 @@ size_t parseBytes(const std::string& size) {
     failUsage("--memory: '", size, "' should be a number with M or G, such as 900M or 2G");
 }
 
-// "3/8": this run takes the third of every eight frames.
-std::pair<size_t, size_t> parseShard(const std::string& shard) {
-    size_t part = 0, parts = 0;
-    char rest = 0;
-    if (shard.empty()) return {1, 1};
-    if (std::sscanf(shard.c_str(), "%zu/%zu%c", &part, &parts, &rest) != 2 || part < 1 || part > parts)
-        failUsage("--shard: '", shard, "' should be PART/PARTS, from 1/8 to 8/8 for eight");
-    return {part, parts};
-}
-
-// Frames of different folders often have the same stem.
-std::string drawName(const std::string& input) {
-    fs::path path = fs::absolute(input).lexically_normal();
-    return (path.parent_path().filename() / path.stem()).string();
-}
-
 bool isPersistent(const Chain& chain) {
     for (const Step& step : chain.steps)
         for (const Pass& pass : step.effect->header.passes)
@@ -119,73 +101,6 @@ void requireImages(const Chain& chain, const std::vector<Kept>& keep) {
     for (const Kept& kept : keep)
         if (std::find(known.begin(), known.end(), kept.image) == known.end())
             failUsage("--keep: no image '", kept.image, "'", suggestion(kept.image, known));
-}
-
-// Every output must have a place of its own, which is not an input.
-void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs,
-                     const std::string& report) {
-    std::unordered_map<std::string, const Task*> seen;
-    std::unordered_set<std::string> read;
-    for (const FrameFiles& input : inputs) {
-        read.insert(placeOf(input.color));
-        if (!input.depth.empty()) read.insert(placeOf(input.depth));
-    }
-    for (const Task& task : tasks) {
-        std::string path = placeOf(task.output);
-        if (read.count(path)) failUsage("-o: '", task.output, "' is an input; it would be overwritten");
-        auto [place, isNew] = seen.emplace(path, &task);
-        if (!isNew)
-            failUsage("-o: '", place->second->making.input, "' and '", task.making.input,
-                      "' would both be written to '", task.output,
-                      "'; use a name with {stem}, {index} or {param}");
-    }
-    if (report.empty()) return;
-    for (const FrameFiles& input : inputs)
-        for (const std::string& beside :
-             {fs::path(input.color).replace_extension(".json").string(), depthFileBeside(input.color)})
-            if (!beside.empty()) read.insert(placeOf(beside));
-    if (read.count(placeOf(report)) || seen.count(placeOf(report)))
-        failUsage("--report: '", report, "' is an input or output; it would be overwritten");
-}
-
-std::vector<Task> makeTasks(const Arguments& a, const Chain& chain, const std::vector<FrameFiles>& inputs,
-                            const std::vector<Variant>& variants, const OutputNames& names,
-                            const std::string& backend) {
-    std::vector<Task> tasks;
-    auto [part, parts] = parseShard(a.shard);
-    const auto effects = std::make_shared<std::string>(effectFiles(chain).dump());
-    for (size_t frame = 0; frame < inputs.size(); frame++)
-        for (size_t variant = 0; variant < variants.size(); variant++) {
-            Task task;
-            task.frame = frame;
-            task.variant = variant;
-            task.making.input = inputs[frame].color;
-            task.making.frame = a.frame;
-            task.making.frame.depth = inputs[frame].depth;
-            task.making.time = inputs[frame].time;
-            task.making.index = a.firstIndex + frame;
-            task.making.framesPerSecond = a.framesPerSecond;
-            task.making.seed = a.seed;
-            task.making.backend = backend;
-            task.making.withDepth = a.withDepth;
-            task.making.settings = drawn(variants[variant].settings, drawName(inputs[frame].color), a.seed);
-            bool isAsBefore = !tasks.empty() && tasks.back().making.settings == task.making.settings;
-            task.making.preset =
-                isAsBefore
-                    ? tasks.back().making.preset
-                    : std::make_shared<std::string>(writePreset(withSettings(chain, task.making.settings)));
-            task.making.effects = effects;
-            task.missing = inputs[frame].missing;
-            task.output = names.of(inputs[frame].color, frame, variants[variant], task.making.settings);
-            tasks.push_back(std::move(task));
-        }
-    for (const Task& task : tasks)
-        if (a.withDepth && fs::path(task.output).extension() != ".exr")
-            failUsage("--with-depth: '", task.output, "' should end in .exr");
-    requireDistinct(tasks, inputs, a.report);
-    std::erase_if(tasks,
-                  [part = part, parts = parts](const Task& task) { return task.frame % parts != part - 1; });
-    return tasks;
 }
 
 // What was stated here is the likeliest to be wrong, and wrong for every frame: the first tells.
@@ -335,16 +250,24 @@ void apply(Arguments a) {
             failIo(input.missing, "; --keep-going makes the other frames");
     tellLeftOut(inputs, a);
     OutputNames names(a.out, a.format, inputs.size());
-    parseShard(a.shard);
+    const Shard shard = parseShard(a.shard);
     batch.runner = a.backend.makeRunner(chain);
     std::string backend = a.backend.name;
     if (backend == "auto") backend = backendName(*batch.runner);
-    batch.tasks = makeTasks(a, chain, inputs, variants, names, backend);
+    Making common;
+    common.frame = a.frame;
+    common.index = a.firstIndex;
+    common.framesPerSecond = a.framesPerSecond;
+    common.seed = a.seed;
+    common.backend = backend;
+    common.withDepth = a.withDepth;
+    batch.tasks = tasksOf(chain, common, inputs, variants, names);
+    requireDistinct(batch.tasks, inputs, a.report);
+    std::erase_if(batch.tasks, [&](const Task& task) { return task.frame % shard.parts != shard.part - 1; });
     std::unique_ptr<FolderLock> lock;
     if (inputs.size() > 1) lock = std::make_unique<FolderLock>(names.folder(), !a.shard.empty());
     std::string sheet = "contact_sheet.png";
-    if (!a.shard.empty())
-        sheet = text("contact_sheet_", parseShard(a.shard).first, "of", parseShard(a.shard).second, ".png");
+    if (!a.shard.empty()) sheet = text("contact_sheet_", shard.part, "of", shard.parts, ".png");
     if (a.format.empty() && names.isFolder() && !batch.tasks.empty() &&
         fs::path(batch.tasks[0].output).extension() == ".exr")
         std::cerr << "note: EXR frames make EXR pictures; --format png makes PNG\n";

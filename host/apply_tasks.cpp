@@ -1,0 +1,88 @@
+#include "apply_tasks.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "effect/preset.hpp"
+#include "error.hpp"
+#include "frame/pairing.hpp"
+
+namespace brume::host {
+
+namespace fs = std::filesystem;
+
+Shard parseShard(const std::string& shard) {
+    size_t part = 0, parts = 0;
+    char rest = 0;
+    if (shard.empty()) return {};
+    if (std::sscanf(shard.c_str(), "%zu/%zu%c", &part, &parts, &rest) != 2 || part < 1 || part > parts)
+        failUsage("--shard: '", shard, "' should be PART/PARTS, from 1/8 to 8/8 for eight");
+    return {part, parts};
+}
+
+// Frames of different folders often have the same stem.
+static std::string drawName(const std::string& input) {
+    fs::path path = fs::absolute(input).lexically_normal();
+    return (path.parent_path().filename() / path.stem()).string();
+}
+
+std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::vector<FrameFiles>& inputs,
+                          const std::vector<Variant>& variants, const OutputNames& names) {
+    std::vector<Task> tasks;
+    const auto effects = std::make_shared<std::string>(effectFiles(chain).dump());
+    for (size_t frame = 0; frame < inputs.size(); frame++)
+        for (size_t variant = 0; variant < variants.size(); variant++) {
+            Task task;
+            task.frame = frame;
+            task.variant = variant;
+            task.making = common;
+            task.making.input = inputs[frame].color;
+            task.making.frame.depth = inputs[frame].depth;
+            task.making.time = inputs[frame].time;
+            task.making.index = common.index + frame;
+            task.making.settings =
+                drawn(variants[variant].settings, drawName(inputs[frame].color), common.seed);
+            bool isAsBefore = !tasks.empty() && tasks.back().making.settings == task.making.settings;
+            task.making.preset =
+                isAsBefore
+                    ? tasks.back().making.preset
+                    : std::make_shared<std::string>(writePreset(withSettings(chain, task.making.settings)));
+            task.making.effects = effects;
+            task.missing = inputs[frame].missing;
+            task.output = names.of(inputs[frame].color, frame, variants[variant], task.making.settings);
+            if (common.withDepth && fs::path(task.output).extension() != ".exr")
+                failUsage("--with-depth: '", task.output, "' should end in .exr");
+            tasks.push_back(std::move(task));
+        }
+    return tasks;
+}
+
+void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs,
+                     const std::string& report) {
+    std::unordered_map<std::string, const Task*> seen;
+    std::unordered_set<std::string> read;
+    for (const FrameFiles& input : inputs) {
+        read.insert(placeOf(input.color));
+        if (!input.depth.empty()) read.insert(placeOf(input.depth));
+    }
+    for (const Task& task : tasks) {
+        std::string path = placeOf(task.output);
+        if (read.count(path)) failUsage("-o: '", task.output, "' is an input; it would be overwritten");
+        auto [place, isNew] = seen.emplace(path, &task);
+        if (!isNew)
+            failUsage("-o: '", place->second->making.input, "' and '", task.making.input,
+                      "' would both be written to '", task.output,
+                      "'; use a name with {stem}, {index} or {param}");
+    }
+    if (report.empty()) return;
+    for (const FrameFiles& input : inputs)
+        for (const std::string& beside :
+             {fs::path(input.color).replace_extension(".json").string(), depthFileBeside(input.color)})
+            if (!beside.empty()) read.insert(placeOf(beside));
+    if (read.count(placeOf(report)) || seen.count(placeOf(report)))
+        failUsage("--report: '", report, "' is an input or output; it would be overwritten");
+}
+
+}  // namespace brume::host
