@@ -82,6 +82,9 @@ std::vector<double> poleCount(const BesselBlur& p, const DeriveContext& c) {
 std::vector<double> poles(const BesselBlur& p, const DeriveContext& c) {
     return exponentialsOf(p, c).packed();
 }
+std::vector<double> poleOrigin(const BesselBlur& p, const DeriveContext& c) {
+    return {exponentialsOf(p, c).origin()};
+}
 std::vector<double> centerTap(const BesselBlur& p, const DeriveContext& c) {
     return {exponentialsOf(p, c).center};
 }
@@ -114,7 +117,8 @@ void run(const BesselBlur& p, const CpuContext& c) {
         blur::cascadedBlur(c.input, out, c.derived("cascade"), int(c.derived("cascadeReach")[0]),
                            c.outputIsStreamed);
     else
-        blur::recursiveBlur(c.input, out, {c.derived("poles"), c.derived("centerTap")[0]});
+        blur::recursiveBlur(c.input, out,
+                            {c.derived("poles"), c.derived("centerTap")[0], c.derived("poleOrigin")[0]});
 }
 
 // --- reference, fp64: r integrated over each pixel by Simpson's rule, out to 14 τ; what lies beyond an edge
@@ -285,6 +289,7 @@ BRUME_PLUGIN(EffectOf<BesselBlur>()
                  .derive("enlarging", enlarging)
                  .derive("poleCount", poleCount)
                  .derive("poles", poles)
+                 .derive("poleOrigin", poleOrigin)
                  .derive("centerTap", centerTap)
                  .derive("cascadeReach", cascadeReach)
                  .derive("cascade", cascade)

@@ -25,9 +25,10 @@
     {"NAME": "enlarging", "TYPE": "array", "SIZE": "6 * $factor", "FROM": ["radius", "method", "tolerance", "size"]},
     {"NAME": "poleCount", "TYPE": "int", "FROM": ["radius", "method", "size"]},
     {"NAME": "poles", "TYPE": "vec4 array", "SIZE": "$poleCount", "FROM": ["radius", "method", "size"]},
+    {"NAME": "poleOrigin", "TYPE": "float", "FROM": ["radius", "method", "size"]},
     {"NAME": "centerTap", "TYPE": "float", "FROM": ["radius", "method", "size"]},
     {"NAME": "cascadeReach", "TYPE": "int", "FROM": ["radius", "method", "size"], "DESCRIPTION": "the CPU's alone, as cascade"},
-    {"NAME": "cascade", "TYPE": "array", "SIZE": 11, "FROM": ["radius", "method", "size"]}
+    {"NAME": "cascade", "TYPE": "array", "SIZE": 13, "FROM": ["radius", "method", "size"]}
   ],
   "PASSES": [
     {"TARGET": "rows", "WHEN": "$method == $method_fir"},
@@ -51,8 +52,8 @@
      "WHEN": "$method != $method_fir && $method != $method_decimated"},
     {"COMPUTE": {"LOCAL_SIZE": [32, 1, 1], "OVER": ["$WIDTH", 1]}, "WHEN": "$method != $method_fir && $method != $method_decimated"}
   ],
-  "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 4e-6,
-    "REASON": "sums of thousands of taps in another order; each method's own error is stated by the reference and widens its bound only"},
+  "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 4e-6, "MEASURED": 0.8,
+    "REASON": "long sums in another order, beside brighter pixels: most where the kernel passes through 0 a few px from one 10000 times as bright, of which a recursion keeps a rounded rest; each method's own error is stated by the reference and widens its bound only"},
   "CHART": {
     "REFERENCE": {"method": "fir", "tolerance": 0.001},
     "CASES": [

@@ -150,11 +150,17 @@ struct Exponentials {
             }
         return sum;
     }
-    /// Four numbers a term: pole - 1 (delta form: fp32 keeps the little by which a pole misses 1), amplitude.
+    /// What poles are counted from, so that fp32 keeps the little by which they miss it: 1, or 0 where a
+    /// pixel leaves the next less than half of the state.
+    double origin() const {
+        auto isSmall = [](const Term& t) { return std::abs(t.pole) < .5; };
+        return std::all_of(terms.begin(), terms.end(), isSmall) ? 0 : 1;
+    }
+    /// Four numbers a term: pole - origin, amplitude.
     std::vector<double> packed() const {
         std::vector<double> numbers;
         for (const Term& t : terms)
-            for (double x : {t.pole.real() - 1, t.pole.imag(), t.amplitude.real(), t.amplitude.imag()})
+            for (double x : {t.pole.real() - origin(), t.pole.imag(), t.amplitude.real(), t.amplitude.imag()})
                 numbers.push_back(x);
         return numbers;
     }
@@ -168,24 +174,29 @@ inline Exponentials normalised(Exponentials e) {
 }
 
 /// A two-sided sum of one term, whose spectrum is above 0, as one real filter that runs forward and then
-/// backward: v' = v + s, s' = (1 - k2)·s + x - k1·v (delta form: k1 keeps in fp32 the little by which poles
-/// miss 1), and what it gives is v' + slope·s' + before·v.
+/// backward: v' = keep·v + s, s' = damping·s + x - pull·v, and what it gives is v' + slope·s' + before·v.
+/// Poles near 1 take the delta form, keep = 1 and pull = |pole - 1|²: it keeps in fp32 the little by which
+/// they miss 1. Others take the normal form, keep = damping = Re pole: a step rounds by no more than the
+/// little that it leaves, so that dark pixels near a bright one are what they should be.
 struct Cascade {
     /// What x is multiplied by, and the result, so that both ways along both axes keep a constant.
     double scale = 1;
-    double k1 = 1, k2 = 2, slope = 1, before = 0;
+    double keep = 1, damping = 0, pull = 1, slope = 1, before = 0;
     /// What lies beyond the last pixel is like it: off the steady state by (v, s) in front of it, the
     /// backward filter is off by this matrix times that.
     double end[4] = {};
     int reach = 0;  ///< px beyond which less than a millionth is left
 
-    /// Of v in the steady state that all x = 1 lead to, forward and then backward.
-    double steady() const { return 1 / k1; }
-    double steadyBack() const { return (1 + before) / (k1 * k1); }
+    /// v and s in the steady state that all x = 1 lead to.
+    double steady = 1, steadySlope = 0;
+    /// What is given there.
+    double gain() const { return steady + slope * steadySlope + before * steady; }
     std::vector<double> packed() const {
-        return {scale, k1, 1 - k2, slope, before, end[0], end[1], end[2], end[3], steady(), steadyBack()};
+        return {scale,  keep,   damping, pull,   slope,       before, end[0],
+                end[1], end[2], end[3],  steady, steadySlope, gain()};
     }
 };
+
 inline Cascade cascadeOf(const Exponentials& e) {
     const Complex pole = e.terms[0].pole, amplitude = e.terms[0].amplitude;
     const double own[] = {1, -2 * pole.real(), std::norm(pole)},
@@ -206,12 +217,16 @@ inline Cascade cascadeOf(const Exponentials& e) {
     }
     const double first = -(zeros[0] + zeros[1]).real(), second = (zeros[0] * zeros[1]).real();
     Cascade c;
-    c.k1 = std::norm(pole - 1.), c.k2 = 2 - 2 * pole.real();
-    c.slope = 1 / (1 + first), c.before = second / (1 + first);
-    c.scale = std::pow(c.k1 / (1 + c.before), 2);
+    const bool isDelta = std::abs(pole) > .65;
+    c.keep = isDelta ? 1 : pole.real();
+    c.damping = 2 * pole.real() - c.keep;
+    c.pull = isDelta ? std::norm(pole - 1.) : std::pow(pole.imag(), 2);
+    c.slope = 1 / (c.keep + first), c.before = second * c.slope;
+    c.steady = 1 / std::norm(pole - 1.), c.steadySlope = (1 - c.keep) * c.steady;
+    c.scale = 1 / std::pow(c.gain(), 2);
     // Σ powersⁿ·(what the backward filter reads of the forward one)·powersⁿ, twice as many terms each time.
-    double powers[] = {1, 1, -c.k1, 1 - c.k2}, product[4], more[4],
-           sum[] = {0, 0, 1 - c.slope * c.k1 + c.before, 1 + c.slope * (1 - c.k2)};
+    double powers[] = {c.keep, 1, -c.pull, c.damping}, product[4], more[4],
+           sum[] = {0, 0, c.keep - c.slope * c.pull + c.before, 1 + c.slope * c.damping};
     auto multiply = [](const double* a, const double* b, double* to) {
         for (int k = 0; k < 4; k++) to[k] = a[k / 2 * 2] * b[k % 2] + a[k / 2 * 2 + 1] * b[2 + k % 2];
     };

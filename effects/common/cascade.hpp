@@ -15,7 +15,7 @@ namespace blur {
 
 /// Numbers of Cascade::packed.
 struct CascadeNumbers {
-    float scale, k1, damping, slope, before, end[4], steady, steadyBack;
+    float scale, keep, damping, pull, slope, before, end[4], steady, steadySlope, gain;
 };
 
 /// Of sixteen floats side by side: what is left of the pixels behind, and how that changes.
@@ -25,15 +25,19 @@ struct CascadeState {
 static_assert(sizeof(CascadeState) == 128);
 
 // Before the first pixel all are like it.
-BRUME_INLINE CascadeState steady(const CascadeNumbers& n, Four x) { return {n.steady * x, Four{}}; }
+BRUME_INLINE CascadeState steady(const CascadeNumbers& n, Four x) {
+    return {n.steady * x, n.steadySlope * x};
+}
 // Behind the last pixel, too, which the forward filter has read: the backward filter's state there.
 BRUME_INLINE CascadeState turned(const CascadeNumbers& n, const CascadeState& s, Four x) {
-    const Four off = s.value - n.steady * x;
-    return {n.steadyBack * x + (n.end[0] * off + n.end[1] * s.slope), n.end[2] * off + n.end[3] * s.slope};
+    const CascadeState ahead = steady(n, x), back = steady(n, n.gain * x);
+    const Four value = s.value - ahead.value, slope = s.slope - ahead.slope;
+    return {back.value + (n.end[0] * value + n.end[1] * slope),
+            back.slope + (n.end[2] * value + n.end[3] * slope)};
 }
 BRUME_INLINE void follow(const CascadeNumbers& n, CascadeState& s, Four x) {
-    const Four pushed = x - n.k1 * s.value;
-    s.value = s.value + s.slope;
+    const Four pushed = x - n.pull * s.value;
+    s.value = n.keep * s.value + s.slope;
     s.slope = n.damping * s.slope + pushed;
 }
 BRUME_INLINE Four advance(const CascadeNumbers& n, CascadeState& s, Four x) {

@@ -83,6 +83,9 @@ std::vector<double> poleCount(const GaussianBlur& p, const DeriveContext& c) {
 std::vector<double> poles(const GaussianBlur& p, const DeriveContext& c) {
     return exponentialsOf(p, c).packed();
 }
+std::vector<double> poleOrigin(const GaussianBlur& p, const DeriveContext& c) {
+    return {exponentialsOf(p, c).origin()};
+}
 std::vector<double> centerTap(const GaussianBlur& p, const DeriveContext& c) {
     return {exponentialsOf(p, c).center};
 }
@@ -111,7 +114,8 @@ std::vector<double> dualShare(const GaussianBlur& p, const DeriveContext& c) {
 void run(const GaussianBlur& p, const CpuContext& c) {
     cv::Mat out = c.output;
     if (p.method == recursive)
-        blur::recursiveBlur(c.input, out, {c.derived("poles"), c.derived("centerTap")[0]});
+        blur::recursiveBlur(c.input, out,
+                            {c.derived("poles"), c.derived("centerTap")[0], c.derived("poleOrigin")[0]});
     else if (p.method == decimated)
         blur::decimatedBlur(c.input, out,
                             {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("smallTaps"),
@@ -299,6 +303,7 @@ BRUME_PLUGIN(EffectOf<GaussianBlur>()
                  .derive("enlarging", enlarging)
                  .derive("poleCount", poleCount)
                  .derive("poles", poles)
+                 .derive("poleOrigin", poleOrigin)
                  .derive("centerTap", centerTap)
                  .derive("boxReach", boxReach)
                  .derive("boxWeights", boxWeights)

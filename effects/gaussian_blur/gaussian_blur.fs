@@ -25,6 +25,7 @@
     {"NAME": "enlarging", "TYPE": "array", "SIZE": "6 * $factor", "FROM": ["radius", "method", "tolerance", "size"]},
     {"NAME": "poleCount", "TYPE": "int", "FROM": ["radius", "method", "size"]},
     {"NAME": "poles", "TYPE": "vec4 array", "SIZE": "$poleCount", "FROM": ["radius", "method", "size"]},
+    {"NAME": "poleOrigin", "TYPE": "float", "FROM": ["radius", "method", "size"]},
     {"NAME": "centerTap", "TYPE": "float", "FROM": ["radius", "method", "size"]},
     {"NAME": "boxReach", "TYPE": "int", "FROM": ["radius", "method", "size"]},
     {"NAME": "boxWeights", "TYPE": "vec2", "FROM": ["radius", "method", "size"]},
