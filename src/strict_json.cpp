@@ -17,6 +17,8 @@ namespace {
 // once for each of its objects.)
 class Checks final : public json::json_sax_t {
   public:
+    explicit Checks(bool mayRepeatKeys) : mayRepeatKeys_(mayRepeatKeys) {}
+
     bool null() override { return true; }
     bool boolean(bool) override { return true; }
     bool number_integer(number_integer_t) override { return true; }
@@ -29,7 +31,7 @@ class Checks final : public json::json_sax_t {
     bool start_array(size_t) override { return open(); }
     bool end_array() override { return close(); }
     bool key(string_t& name) override {
-        if (!keys_.back().insert(name).second) failUsage("says \"", name, "\" twice");
+        if (!mayRepeatKeys_ && !keys_.back().insert(name).second) failUsage("says \"", name, "\" twice");
         return true;
     }
     bool parse_error(size_t, const std::string&, const json::exception&) override {
@@ -46,19 +48,30 @@ class Checks final : public json::json_sax_t {
         keys_.pop_back();
         return true;
     }
+    bool mayRepeatKeys_;
     std::vector<std::set<std::string>> keys_;  // of each object that is open
 };
 
 }  // namespace
 
 json parseJson(std::string_view text) {
-    Checks checks;
+    Checks checks(false);
     json::sax_parse(text.begin(), text.end(), &checks, json::input_format_t::json, true, true);
     try {
         return json::parse(text.begin(), text.end(), nullptr, true, true);
     } catch (const json::out_of_range& e) {
         failUsage("holds a number that no double can hold: ", reasonOf(e));
     }
+}
+
+json parseLooseJson(std::string_view text) {
+    Checks checks(true);
+    try {
+        json::sax_parse(text.begin(), text.end(), &checks, json::input_format_t::json, true, true);
+    } catch (const Error&) {
+        return json::value_t::discarded;
+    }
+    return json::parse(text.begin(), text.end(), nullptr, false, true);
 }
 
 std::string reasonOf(const json::exception& error) {

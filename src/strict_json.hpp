@@ -14,6 +14,9 @@ constexpr int deepestJson = 64;
 /// nlohmann::json::parse_error where it is no JSON.
 nlohmann::json parseJson(std::string_view text);
 
+/// JSON that may say a key twice, of which the last counts; discarded where it is too deep or no JSON.
+nlohmann::json parseLooseJson(std::string_view text);
+
 /// What was wrong, without the exception's number, which says nothing to people.
 std::string reasonOf(const nlohmann::json::exception& error);
 

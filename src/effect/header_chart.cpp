@@ -38,6 +38,7 @@ const json& arrayOf(const json& object, const char* key, const Where& where) {
     auto found = object.find(key);
     if (found == object.end()) return none;
     if (!found->is_array()) where.fail(key, " must be an array");
+    checkCount(*found, key, mostOfChart, where);
     return *found;
 }
 
@@ -132,6 +133,11 @@ Chart readChart(const json& object, const EffectHeader& header, const Where& whe
             here.fail("'", peer.name, "': RUN must name a program in the effect's own folder");
         chart.peers.push_back(peer);
     }
+    size_t variants = 0;
+    for (const auto& method : chart.methods) variants += std::max<size_t>(1, method.values.size());
+    variants *= std::max<size_t>(1, chart.cases.size());
+    if (variants > mostVariants)
+        where.fail("CASES and METHODS make ", variants, " variants; at most ", mostVariants);
     checkNamesDiffer(chart.cases, where.in("CASES"));
     checkNamesDiffer(chart.methods, where.in("METHODS"));
     checkNamesDiffer(chart.peers, where.in("PEERS"));

@@ -73,6 +73,7 @@ void readChoices(const json& object, Parameter& parameter, const Where& where) {
         if (where.strict) where.fail("VALUES must be an array");
         return;
     }
+    checkCount(*values, "VALUES", mostValues, where);
     for (const auto& value : *values) {
         if (value.is_number() && std::abs(value.get<double>()) > 1e9)
             where.fail("VALUES must be no larger than 10^9, not ", shownJson(value));
@@ -95,7 +96,7 @@ void readChoices(const json& object, Parameter& parameter, const Where& where) {
 Parameter readParameter(const json& object, const Where& outer, bool isField) {
     if (!object.is_object()) outer.fail("each must be an object");
     Parameter parameter;
-    parameter.name = textOf(object, "NAME", outer);
+    parameter.name = nameOf(object, "NAME", outer);
     if (parameter.name.empty()) outer.fail("NAME is missing");
     Where where = outer.in("'" + parameter.name + "'");
     where.checkKeys(object, {"NAME", "TYPE", "LABEL", "UNIT", "HINT", "GROUP", "DEFAULT", "MIN", "MAX",
@@ -123,6 +124,7 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
         auto fields = object.find("FIELDS");
         if (fields == object.end() || !fields->is_array() || fields->empty())
             where.fail("a list needs FIELDS, an array of parameters");
+        checkCount(*fields, "FIELDS", mostFields, where);
         for (const auto& field : *fields)
             parameter.fields.push_back(readParameter(field, where.in("FIELDS"), true));
         auto rows = object.find("MAX");

@@ -33,6 +33,13 @@ struct Where {
 
 /// Text, or empty where there is none; a foreign file's other values as JSON.
 std::string textOf(const nlohmann::json& object, const char* key, const Where& where);
+/// A name that identifiers are made of, each value's among them: of limited length.
+std::string nameOf(const nlohmann::json& object, const char* key, const Where& where);
+constexpr size_t longestName = 256;
+/// Lists that time or memory grow with beyond their own length.
+void checkCount(const nlohmann::json& list, const char* what, size_t most, const Where& where);
+constexpr size_t mostParameters = 1024, mostPasses = 256, mostValues = 4096, mostFields = 64;
+constexpr size_t mostOfChart = 256, mostVariants = 4096;
 /// "1", "true" and "yes", in any capitals.
 bool isTrueWord(std::string word);
 bool flagOf(const nlohmann::json& object, const char* key);

@@ -36,38 +36,34 @@ std::pair<std::string, size_t> splitComment(const std::string& path, const std::
     failUsage(path, ": no comment holds a JSON object { ... }; an ISF file begins with its JSON description");
 }
 
-namespace {
-
-bool isTooDeep(const std::string& comment) {
-    int depth = 0;
-    for (char c : comment) {
-        if (c == '[' || c == '{') depth++;
-        if ((c == ']' || c == '}') && depth > 0) depth--;
-        if (depth > deepestJson) return true;
-    }
-    return false;
-}
-
-}  // namespace
-
 // The description, as JSON or, in a foreign file, as what it evidently means.
 json parseDescription(const std::string& path, const std::string& fileText, const std::string& comment) {
     try {
         return parseJson(comment);
     } catch (const Error& error) {
         // A foreign file may say a key twice; how deep it may go has no exception.
-        const json loose = isTooDeep(comment) ? json() : json::parse(comment, nullptr, false, true);
+        const json loose = parseLooseJson(comment);
         if (loose.is_object() && !loose.contains("SPACE")) return loose;
         failUsage(path, ": the description ", error.what());
     } catch (const json::parse_error& error) {
-        const json repaired =
-            isTooDeep(comment) ? json() : json::parse(repairJson(comment), nullptr, false, true);
+        const json repaired = parseLooseJson(repairJson(comment));
         if (repaired.is_object() && !repaired.empty() && !repaired.contains("SPACE")) return repaired;
         const std::string what = error.what();  // "[...] parse error at line 6, column 10: what is wrong"
         const size_t place = what.find(", column"), reason = what.find(": ", place);
         failUsage(path, ":", lineAt(fileText, error.byte), ": the description is not JSON: ",
                   reason == std::string::npos ? what : what.substr(reason + 2));
     }
+}
+
+std::string nameOf(const json& object, const char* key, const Where& where) {
+    const std::string name = textOf(object, key, where);
+    if (name.size() > longestName)
+        where.fail("a ", key, " of ", name.size(), " characters; at most ", longestName);
+    return name;
+}
+
+void checkCount(const json& list, const char* what, size_t most, const Where& where) {
+    if (list.size() > most) where.fail(list.size(), " ", what, "; at most ", most);
 }
 
 std::string textOf(const json& object, const char* key, const Where& where) {
@@ -100,10 +96,12 @@ std::string withDollars(const std::string& expression) {
     for (size_t at = 0; at < expression.size();) {
         size_t end = at;
         while (end < expression.size() && isWord(expression[end])) end++;
-        const size_t next = std::min(expression.find_first_not_of(" \t\r\n\f\v", end), expression.size());
-        const bool isName = end > at && !std::isdigit(static_cast<unsigned char>(expression[at])),
-                   isCalled = next < expression.size() && expression[next] == '(';
-        if (isName && !isCalled && (at == 0 || (expression[at - 1] != '$' && expression[at - 1] != '.')))
+        const bool isName = end > at && !std::isdigit(static_cast<unsigned char>(expression[at]));
+        const auto isCalled = [&] {
+            const size_t next = expression.find_first_not_of(" \t\r\n\f\v", end);
+            return next != std::string::npos && expression[next] == '(';
+        };
+        if (isName && !isCalled() && (at == 0 || (expression[at - 1] != '$' && expression[at - 1] != '.')))
             result += '$';
         end = std::max(end, at + 1);
         result += expression.substr(at, end - at);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "strict_json.hpp"
+
 namespace brume {
 
 namespace {
@@ -82,7 +84,7 @@ class Repair {
             value();
             emit(std::string(1, c), Last::Open);
             open_ += c == '{' ? '}' : ']';
-            place_++;
+            place_ = open_.size() > deepestJson ? text_.size() : place_ + 1;  // nobody reads what is so deep
         } else if (c == '}' || c == ']') {
             // What was opened since its own bracket was never closed.
             if (open_.find(c) != std::string::npos) {

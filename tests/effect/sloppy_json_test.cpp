@@ -1,5 +1,6 @@
 #include "effect/sloppy_json.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@ namespace brume {
 namespace {
 
 using json = nlohmann::json;
+using testing::HasSubstr;
 
 json repaired(const std::string& text) { return json::parse(repairJson(text)); }
 
@@ -112,6 +114,60 @@ void main() {}
     EXPECT_EQ(header.passes[0].width.evaluate({{"WIDTH", 7}}), 3.5);
     EXPECT_EQ(header.passes[0].height.evaluate({{"HEIGHT", 6}, {"amount", 9}}), 9);
     EXPECT_EQ(header.bodyLine, 18);
+}
+
+std::string repeated(const std::string& piece, size_t bytes) {
+    std::string text;
+    while (text.size() < bytes) text += piece;
+    return text;
+}
+
+std::string refusalOf(const std::string& description) {
+    try {
+        const EffectHeader header = parseHeader("big.fs", "/*" + description + "*/ void main() {}");
+        expressionVariables(header, defaultValues(header.parameters));
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "read";
+}
+
+// Copying JSON, or writing it, takes stack for each bracket. Brackets that close nothing, or that lie in
+// text, do not make it less deep.
+TEST(ForeignHeader, BracketsAreCountedAsTheyNest) {
+    EXPECT_THAT(refusalOf("{\"DESCRIPTION\": " + repeated("{a: ]", 1 << 20)), HasSubstr("not JSON"));
+    EXPECT_THAT(refusalOf("{\"DESCRIPTION\": " + repeated("[}", 1 << 20)), HasSubstr("not JSON"));
+    const size_t deep = 200000;
+    EXPECT_THAT(refusalOf("{\"A\": 1, \"A\": 2, \"DESCRIPTION\": " + repeated("[\"]\", ", 6 * deep) + "1" +
+                          std::string(deep, ']') + "}"),
+                HasSubstr("says \"A\" twice"));
+    EXPECT_EQ(refusalOf("{\"A\": 1, \"A\": 2, \"DESCRIPTION\": \"" + std::string(100, '[') + "\"}"), "read");
+    EXPECT_EQ(refusalOf("{'DESCRIPTION': '" + std::string(100, '[') + "'}"), "read");
+}
+
+// Each of these took minutes, or gigabytes, where one part of the file counts for each of another.
+TEST(ForeignHeader, TimeAndMemoryGrowAsTheText) {
+    const size_t half = 2 << 20;
+    EXPECT_EQ(refusalOf("{\"PASSES\": [{\"WIDTH\": \"" + std::string(half, ' ') + "\"}]}"), "read");
+    EXPECT_THAT(refusalOf("{\"PASSES\": [{\"WIDTH\": \"+" + std::string(half, ' ') + "1\"}]}"),
+                HasSubstr("at most 4096"));
+    EXPECT_THAT(refusalOf("{\"PASSES\": [" + repeated("{\"TARGET\":\"a\"},", half) +
+                          "{}], \"PERSISTENT_BUFFERS\": [" + repeated("\"b\",", half) + "1]}"),
+                HasSubstr("PASSES; at most 256"));
+    std::string inputs;
+    for (int k = 0; k < 100000; k++) inputs += "{\"NAME\":\"" + std::to_string(k) + "\",\"TYPE\":\"bool\"},";
+    EXPECT_THAT(refusalOf("{\"INPUTS\": [" + inputs + "{}]}"), HasSubstr("INPUTS; at most 1024"));
+    const std::string longName = std::string(half, 'n'),
+                      values = "\"VALUES\": [" + repeated("1,", half) + "1]";
+    EXPECT_THAT(refusalOf("{\"INPUTS\": [{\"NAME\": \"" + longName + "\", \"TYPE\": \"long\"}]}"),
+                HasSubstr("characters; at most 256"));
+    EXPECT_THAT(refusalOf("{\"INPUTS\": [{\"NAME\": \"n\", \"TYPE\": \"long\", " + values + "}]}"),
+                HasSubstr("VALUES; at most 4096"));
+    std::string cases;
+    for (int k = 0; k < 100000; k++) cases += "{\"NAME\":\"" + std::to_string(k) + "\"},";
+    cases.back() = ']';
+    EXPECT_THAT(refusalOf("{\"SPACE\": \"linear\", \"CHART\": {\"CASES\": [" + cases + "}}"),
+                HasSubstr("CASES; at most 256"));
 }
 
 TEST(ForeignHeader, BrumesOwnFilesAreHeldToJson) {

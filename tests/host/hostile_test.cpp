@@ -121,7 +121,7 @@ TEST_F(HostileInput, aReaderGoneMadIsGivenUp) {
         return ran.err;
     };
     EXPECT_THAT(sentenceOf("exit 7"), HasSubstr("a.exr: is damaged: decoding it ended with status 7"));
-    EXPECT_THAT(sentenceOf(R"(printf '\1\0\0\0\0\0\0\0\366' >&3)"), HasSubstr("answers nonsense"));
+    EXPECT_THAT(sentenceOf(R"(printf '\1\0\0\0\0\0\0\0\366' >&3; sleep 2)"), HasSubstr("answers nonsense"));
     // It closes the line and stays.
     EXPECT_THAT(sentenceOf("trap '' HUP TERM; exec 3>&-; sleep 20"), HasSubstr("decoding it took too long"));
     fs::remove(path("lib/brume/brume_reader"));
