@@ -10,6 +10,7 @@
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "measure/bench.hpp"
+#include "measure/number_text.hpp"
 #include "measure/peer.hpp"
 #include "measure/plot.hpp"
 #include "measure/reference.hpp"
@@ -154,7 +155,7 @@ bool runsOn(const ChartVariant& variant, const Effect& effect, Backend backend) 
 std::string textOf(const EffectHeader& header, const ChartVariant& variant) {
     if (variant.knob.empty()) return {};
     const json value = toJson(*findParameter(header.parameters, variant.knob), variant.knobValue);
-    return value.is_string() ? value.get<std::string>() : value.dump();
+    return value.is_string() ? value.get<std::string>() : shortExponent(value.dump());
 }
 
 struct PeerJob {

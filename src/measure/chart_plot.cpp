@@ -6,6 +6,7 @@
 
 #include "error.hpp"
 #include "measure/chart_page.hpp"
+#include "measure/number_text.hpp"
 
 namespace brume {
 namespace {
@@ -101,9 +102,7 @@ std::string shortNumber(double value) {
         std::snprintf(buffer, sizeof buffer, "%.1e", value);
     else
         std::snprintf(buffer, sizeof buffer, "%.*f", std::min(digits, 4), value);
-    std::string number = buffer;
-    if (const size_t e = number.find("e-0"); e != std::string::npos) number.erase(e + 2, 1);
-    return number;
+    return shortExponent(buffer);
 }
 
 const ChartRow* fastestUnseen(const std::vector<ChartRow>& rows, const std::string& caseName,

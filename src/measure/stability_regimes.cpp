@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "effect/header_parts.hpp"
+#include "measure/number_text.hpp"
 #include "measure/stability.hpp"
 #include "strict_json.hpp"
 
@@ -170,13 +171,7 @@ Regime readRegime(const json& object, const EffectHeader& header, bool hasPlan, 
 std::string stressText(double stress) {
     char digits[32];
     std::snprintf(digits, sizeof digits, std::abs(stress) < 1e5 ? "%.5g" : "%.4g", stress);
-    std::string all = std::isnan(stress) ? "NaN" : digits;
-    // 1e+06 and 1e-09 as 1e6 and 1e-9
-    if (size_t e = all.find('e'); e != std::string::npos) {
-        if (all[e + 1] == '+') all.erase(e + 1, 1);
-        if (size_t zero = all[e + 1] == '-' ? e + 2 : e + 1; all[zero] == '0') all.erase(zero, 1);
-    }
-    return all;
+    return std::isnan(stress) ? "NaN" : shortExponent(digits);
 }
 
 std::vector<Regime> regimesOf(const EffectHeader& header, bool hasPlan) {
