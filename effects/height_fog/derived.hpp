@@ -128,7 +128,7 @@ struct ProfileFunction {
 /// The table that table methods, and the table profile, look up.
 struct Table {
     double step = 1;                       ///< m
-    int base = 0;                          ///< the node at or below the eye, or the nearest one
+    int base = 0;                          ///< the node nearest the eye
     double baseHeight = 0;                 ///< m above the eye
     std::vector<cv::Vec3d> density, mean;  ///< at nodes; of the cell above a node
     std::vector<cv::Vec3d> toNode;         ///< mean from the eye to a node
@@ -146,7 +146,7 @@ inline Table makeTable(const HeightFog& p, double eye) {
     const int last = int(nodes) - 1;
     Table t;
     t.step = std::max((top - bottom) / last, 1e-9);
-    t.base = int(std::clamp(std::floor(-bottom / t.step), 0., double(last)));
+    t.base = int(std::clamp(std::round(-bottom / t.step), 0., double(last)));
     t.baseHeight = bottom + t.base * t.step;
     for (int k = 0; k <= last; k++) t.density.push_back(profile.at(bottom + k * t.step));
     for (int k = 0; k < last; k++) {
@@ -164,20 +164,19 @@ inline Table makeTable(const HeightFog& p, double eye) {
         return a + (b - a) * (.5 * s);
     };
     t.toNode.resize(nodes);
-    const bool isBelow = bottom > 0, isAbove = t.base == last;
-    const double s = -t.baseHeight / t.step;  // of the eye's cell lie below it
-    int down = t.base, up = t.base + 1;
-    if (isBelow) {
+    auto heightOf = [&](int k) { return t.baseHeight + (k - t.base) * t.step; };
+    auto wayTo = [&](int k) { return std::abs(heightOf(k)); };
+    int down = t.baseHeight > 0 ? t.base - 1 : t.base, up = down + 1;  // the nodes around the eye
+    if (down < 0) {
         t.toNode[0] = t.density[0], up = 1, down = 0;
-    } else if (isAbove) {
+    } else if (down == last) {
         t.toNode[last] = t.density[last];
     } else {
-        const cv::Vec3d &a = t.density[t.base], &b = t.density[up], &m = t.mean[t.base];
-        t.toNode[down] = ownMean(s, a, m, b);
-        t.toNode[up] = ownMean(1 - s, b, m, a);
+        const cv::Vec3d &a = t.density[down], &b = t.density[up], &m = t.mean[down];
+        t.toNode[down] = ownMean(wayTo(down) / t.step, a, m, b);
+        t.toNode[up] = ownMean(wayTo(up) / t.step, b, m, a);
         up++;
     }
-    auto wayTo = [&](int k) { return std::abs(t.baseHeight + (k - t.base) * t.step); };
     auto extend = [&](int from, int to, const cv::Vec3d& cellMean) {
         t.toNode[to] = (t.toNode[from] * wayTo(from) + cellMean * t.step) * (1 / wayTo(to));
     };

@@ -177,7 +177,10 @@ BRUME_INLINE void layersTile(const HeightFog& p, const Constants& k, int channel
         if (!k.hasLayer[l]) continue;
         const Layer layer = k.layer[l];
         float* depth = t.opacity[0];  // free until the optical depth is known
-        for (int i = 0; i < count; i++) depth[i] = layer.opticalDepth(t.L[i], t.dy[i]);
+        if (layer.deep > 0)
+            for (int i = 0; i < count; i++) depth[i] = layer.opticalDepth<true>(t.L[i], t.dy[i]);
+        else
+            for (int i = 0; i < count; i++) depth[i] = layer.opticalDepth<false>(t.L[i], t.dy[i]);
         for (int n = 0; n < channels; n++) {
             const float tint = (l == 0 ? p.tint : p.tint2)[n];
             float* sum = t.opticalDepth[n];
@@ -193,13 +196,31 @@ BRUME_INLINE void layersTile(const HeightFog& p, const Constants& k, int channel
 
 template <int method>
 BRUME_INLINE void tableTile(const Constants& k, int channels, int count, Tile& t) {
-    for (int n = 0; n < channels; n++)
-        for (int i = 0; i < count; i++) t.opticalDepth[n][i] = k.table.mean<method>(n, t.dy[i]);
+    using View = TableView<float>;
+    const View table = k.table;
+    const View::Place eye = table.placeOf(0.0f);
+    int cell[fogTileSize], near[fogTileSize], far[fogTileSize];
+    float cells[fogTileSize];
+    for (int i = 0; i < count; i++) {
+        const View::Place at = table.placeOf(t.dy[i]);
+        cell[i] = at.cell, near[i] = at.near, far[i] = at.far, cells[i] = at.cells;
+    }
+    // Loads apart from arithmetic, whose loops then vectorise.
+    float a[fogTileSize], b[fogTileSize], whole[fogTileSize], toNode[fogTileSize];
+    for (int n = 0; n < channels; n++) {
+        for (int i = 0; i < count; i++) {
+            const View::Found found = table.find(n, near[i], far[i]);
+            a[i] = found.near, b[i] = found.far, whole[i] = found.cellMean, toNode[i] = found.toNode;
+        }
+        for (int i = 0; i < count; i++)
+            t.opticalDepth[n][i] = table.mean<method>({a[i], b[i], whole[i], toNode[i]}, eye,
+                                                      {cell[i], near[i], far[i], cells[i]}, t.dy[i]);
+    }
 }
 
 BRUME_INLINE float densityAt(const HeightFog& p, const Constants& k, int n, float y) {
     if (p.profile == ramp) return k.ramp[n].at(y);
-    if (p.profile == table) return k.table.insideMean<closedForm>(n, k.table.cellOf(y), y, y);
+    if (p.profile == table) return k.table.at(n, y);
     float rho = 0;
     for (int l = 0; l < 2; l++)
         if (k.hasLayer[l])
@@ -329,7 +350,7 @@ Plan plan(const HeightFog& p, const PlanInput& in) {
     Plan plan;
     plan.chosen["method"] = closedForm;
     plan.why = "the closed form is exact and cheaper than any table or march";
-    plan.predictedCost = p.profile == table  ? 4
+    plan.predictedCost = p.profile == table  ? 2
                          : p.profile == ramp ? 2.4
                          : p.density2 > 0    ? 3
                                              : 1.8;  // measured

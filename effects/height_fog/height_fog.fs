@@ -58,7 +58,7 @@
          "FROM": ["ramp"]},
         {"NAME": "table_nodes", "TYPE": "int", "FROM": ["profile", "method", "table", "table_size"]},
         {"NAME": "table_step", "TYPE": "float", "DESCRIPTION": "m between nodes", "FROM": ["profile", "method", "table", "table_size", "table_bottom", "table_top"]},
-        {"NAME": "table_base", "TYPE": "int", "DESCRIPTION": "the node at or below the eye, or the nearest one", "FROM": ["camera", "profile", "method", "table", "table_size", "table_bottom", "table_top"]},
+        {"NAME": "table_base", "TYPE": "int", "DESCRIPTION": "the node nearest the eye", "FROM": ["camera", "profile", "method", "table", "table_size", "table_bottom", "table_top"]},
         {"NAME": "table_base_height", "TYPE": "float", "DESCRIPTION": "its height above the eye, m", "FROM": ["camera", "profile", "method", "table", "table_size", "table_bottom", "table_top"]},
         {"NAME": "table_density", "TYPE": "vec4 array", "SIZE": "$table_nodes", "DESCRIPTION": "rgb density at each node",
          "FROM": ["profile", "method", "density", "height", "falloff", "tint", "density2", "height2", "falloff2", "tint2", "ramp", "table", "table_bottom", "table_top", "table_size"]},
@@ -155,7 +155,8 @@ vec3 rampMean(float dy) {
 }
 
 // 3. table: whole cells from the integral, the rest by the cell's own rule. Nodes are counted from the eye's, not from
-// the first: that may be so far that fp32 holds its height to a metre only.
+// the first: that may be so far that fp32 holds its height to a metre only. Inside a cell, the way is counted from the
+// node on the eye's side: of a density that falls from great to little at the eye, the other's share is 1's rounding.
 int tableCell(float y) {
     float cell = floor((y - table_base_height) / table_step) + float(table_base);
     return int(clamp(cell, -1.0, float(table_nodes - 1)));
@@ -165,10 +166,13 @@ float tableNode(int cell) { return table_base_height + float(cell - table_base) 
 vec3 tableCellMean(int cell, float y0, float y1) {
     if (cell < 0) return table_density[0].rgb;
     if (cell >= table_nodes - 1) return table_density[table_nodes - 1].rgb;
-    vec3 a = table_density[cell].rgb, b = table_density[cell + 1].rgb, m = table_mean[cell].rgb;
+    vec3 m = table_mean[cell].rgb;
     if (method == method_table_linear) return m;
-    float t0 = clamp((y0 - tableNode(cell)) / table_step, 0.0, 1.0);
-    float t1 = clamp((y1 - tableNode(cell)) / table_step, 0.0, 1.0);
+    bool isBelow = cell < table_base;
+    int near = isBelow ? cell + 1 : cell;
+    vec3 a = table_density[near].rgb, b = table_density[isBelow ? cell : cell + 1].rgb;
+    float t0 = min(abs(y0 - tableNode(near)) / table_step, 1.0);
+    float t1 = min(abs(y1 - tableNode(near)) / table_step, 1.0);
     float t = 0.5 * (t0 + t1);
     if (method != method_table_hermite) return a + (b - a) * t;
     // the derivative of the cubic through both integrals and slopes, averaged exactly by Simpson's rule

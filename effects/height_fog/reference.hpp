@@ -144,9 +144,7 @@ class ApproximateDepth {
             for (int k = 0; k < p_.steps; k++) sum += referenceDensity(p_, eye + dy * (k + .5) / p_.steps, n);
             return L * sum / p_.steps;
         }
-        const double away =
-            std::abs(dy) > 1e-5 * step_ ? dy : 1e-5 * step_;  // the slope where the way is level
-        return std::max(0., L * integral(eye, eye + away, n) / away);
+        return std::max(0., L * mean(std::min(eye, eye + dy), std::max(eye, eye + dy), n));
     }
 
     /// How far 4 fp32 ulp of each height at which the march asks for the density can move it. (The integral
@@ -174,27 +172,36 @@ class ApproximateDepth {
 
   private:
     double nodeAt(int k) const { return bottom_ + k * step_; }
-    // The node at or below y, and the integral from there to y.
-    std::pair<int, double> placeOf(double y, int n) const {
-        if (y <= bottom_) return {0, (y - bottom_) * referenceDensity(p_, bottom_, n)};
-        if (y >= nodeAt(cells_))
-            return {cells_, (y - nodeAt(cells_)) * referenceDensity(p_, nodeAt(cells_), n)};
-        const int k = std::min(int((y - bottom_) / step_), cells_ - 1);
-        const double t = (y - nodeAt(k)) / step_, whole = cell_[k][n];
-        if (p_.method == tableLinear) return {k, whole * t};
-        const double s0 = step_ * referenceDensity(p_, nodeAt(k), n),
-                     s1 = step_ * referenceDensity(p_, nodeAt(k + 1), n);
-        return {k, whole * t * t * (3 - 2 * t) + s0 * t * (1 - t) * (1 - t) + s1 * t * t * (t - 1)};
+    // -1 below the table, cells_ above it.
+    int cellOf(double y) const {
+        return int(std::clamp(std::floor((y - bottom_) / step_), -1., double(cells_)));
     }
-    double integral(double from, double to, int n) const {
-        const auto [first, before] = placeOf(from, n);
-        const auto [last, behind] = placeOf(to, n);
+    double densityIn(int cell, double y, int n) const {
+        if (cell < 0 || cell >= cells_) return referenceDensity(p_, nodeAt(cell < 0 ? 0 : cells_), n);
+        if (p_.method == tableLinear) return cell_[cell][n] / step_;
+        // the derivative of the cubic that has the cell's integral, and at its ends the profile's densities
+        const double t = (y - nodeAt(cell)) / step_;
+        return 6 * t * (1 - t) * cell_[cell][n] / step_ +
+               (1 - t) * (1 - 3 * t) * referenceDensity(p_, nodeAt(cell), n) +
+               t * (3 * t - 2) * referenceDensity(p_, nodeAt(cell + 1), n);
+    }
+    // Inside one cell: by Gauss's rule with two points, exact for that derivative however short the way.
+    double meanIn(int cell, double low, double high, int n) const {
+        const double middle = .5 * (low + high), away = .5 / std::sqrt(3.) * (high - low);
+        return .5 * (densityIn(cell, middle - away, n) + densityIn(cell, middle + away, n));
+    }
+    double mean(double low, double high, int n) const {
+        const int first = cellOf(low), last = cellOf(high);
+        if (first == last) return meanIn(first, low, high, n);
+        const double from = nodeAt(first + 1), to = nodeAt(last);
         // From the end with less: an exponential's sum from far below would round away all that is here.
-        const bool isFromBelow =
-            std::max(below_[first][n], below_[last][n]) <= std::max(above_[first][n], above_[last][n]);
+        const bool isFromBelow = std::max(below_[first + 1][n], below_[last][n]) <=
+                                 std::max(above_[first + 1][n], above_[last][n]);
         const double between =
-            isFromBelow ? below_[last][n] - below_[first][n] : above_[first][n] - above_[last][n];
-        return between + behind - before;
+            isFromBelow ? below_[last][n] - below_[first + 1][n] : above_[first + 1][n] - above_[last][n];
+        return (meanIn(first, low, from, n) * (from - low) + between +
+                meanIn(last, to, high, n) * (high - to)) /
+               (high - low);
     }
 
     HeightFog p_;

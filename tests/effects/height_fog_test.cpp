@@ -109,7 +109,7 @@ TEST(HeightFog, ClosedFormHoldsAtTheProbes) {
                 const double truth = referenceDepth(p, eye, L, up, 0);
                 const float logDensity = float(std::log(.05) - double(p.falloff) * eye);
                 const double exponential = L * exponentialMean(logDensity, float(k), float(dy));
-                const double layer = Layer::of(logDensity, float(k)).opticalDepth(float(L), float(dy));
+                const double layer = Layer::of(logDensity, float(k)).opticalDepth<false>(float(L), float(dy));
                 const double relative = 4e-7 * (2 + std::abs(logDensity) + std::abs(k * dy));
                 for (double ours : {exponential, layer}) {
                     EXPECT_NEAR(std::exp(-ours), std::exp(-truth), 2e-7 + relative * std::min(truth, .4))
@@ -146,6 +146,20 @@ TEST(HeightFog, TheThinnestFogHidesSkyUnlessItEnds) {
                       .at<cv::Vec4f>(1, 1)[0],
                   1)
             << density;
+    }
+}
+
+// Of a layer below the Earth nothing is seen on ways that end above it, and nothing else on those that do
+// not.
+TEST(HeightFog, ALayerIsMetHoweverDeep) {
+    FramePair frame = fogFrame({3, 3}, HUGE_VAL);
+    frame.depth.row(0) = 1e9f, frame.depth.row(2) = 1e7f;
+    frame.camera.worldFromCamera = Camera::standing(1.6, -80);
+    for (const char* falloff : {"0.02", "0.1", "1", "100"}) {
+        const cv::Mat T = transmittanceOf(
+            frame, R"({"effect": "height_fog", "height": -2e7, "falloff": )" + std::string(falloff) + "}");
+        for (int j = 0; j < 3; j++)
+            EXPECT_EQ(T.at<cv::Vec4f>(j, 1)[0], j == 2 ? 1 : 0) << falloff << " in row " << j;
     }
 }
 
