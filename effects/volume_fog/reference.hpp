@@ -26,6 +26,7 @@ inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const bru
     brume::ReferencePixel pixel;
     pixel.ambiguous = replayed.ambiguous;
     const double least = std::exp(-87.);  // less transmittance counts as none in fp32
+    const double passingRounding = replayed.transmittance * replayed.depthRounding;
     double largest = 0, difference = 0;
     pixel.color[3] = color[3];
     for (int k = 0; k < 3; k++) {
@@ -75,9 +76,11 @@ inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const bru
         lamps += edge * std::min(opacity, density * 2.4e-7 * place2 / std::max(half, 1e-6));
     }
     pixel.allowance = lamps + rounding * largest;
-    pixel.methodError = 1.01 * difference + integral.doubt;
+    pixel.methodError =
+        1.01 * difference + integral.doubt + replayed.lightRounding + passingRounding * largest;
     pixel.transmittanceAllowance = rounding;
-    pixel.transmittanceMethodError = 1.01 * std::abs(transmittance - replayed.transmittance) + integral.doubt;
+    pixel.transmittanceMethodError =
+        1.01 * std::abs(transmittance - replayed.transmittance) + integral.doubt + passingRounding;
     return pixel;
 }
 

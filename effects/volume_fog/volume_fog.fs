@@ -96,7 +96,7 @@
     {"NAME": "noise_fraction", "TYPE": "vec3", "FROM": ["camera", "time", "wind", "noise_size"]}
   ],
   "TOLERANCE": {"ABS": 2e-6, "REL": 3e-5, "REFERENCE": 1e-5,
-    "REASON": "against the reference: up to 512 steps are summed in fp32, which was off by 7e-6 at most; GLSL against CPU uses 22 % of its bounds"},
+    "REASON": "against the reference: up to 512 steps are summed in fp32, which was off by 1.1e-5 at 486 (and a bound of that rounding comes on top); GLSL against CPU uses 22 % of its bounds"},
   "CHART": {
     "REFERENCE": {"method": "midpoint", "steps": 4},
     "CASES": [

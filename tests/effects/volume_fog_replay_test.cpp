@@ -69,5 +69,35 @@ TEST(VolumeFogMethods, InFp32AreThemselvesInFp64OnTheChecksFrames) {
     EXPECT_LE(leftOut, compared / 100);
 }
 
+// Hundreds of equal steps are all rounded alike: up to 1.1e-5 of the light at 486, which the reference's own
+// account of its sums grants.
+TEST(VolumeFogMethods, ManyThinStepsRoundNoMoreThanTheirSumsMay) {
+    using namespace volume_fog;
+    const auto effect = EffectRegistry::standard().find("volume_fog");
+    FramePair frame = fogFrame({20, 4});
+    int k = 0;
+    for (float& depth : cv::Mat_<float>(frame.depth)) depth = 2e-5f * float(++k);
+    for (const char* method : {"left", "midpoint", "jittered", "gauss_legendre"}) {
+        const Chain chain = parsePreset(
+            text(R"({"effects": [{"effect": "volume_fog", "steps": 486, "method": ")", method,
+                 R"(", "density": 0.02, "ambient": [60000, 9000, 50000], "height_falloff": "none"}]})"),
+            "test", EffectRegistry::standard());
+        const cv::Mat image = makeCpuRunner()->run(chain, frame, {}).images.at("color");
+        const auto params = effect->plugin->makeParams(chain.steps.front().values);
+        const ReferenceContext context{frame.camera, frame.size(), frame.color, frame.depth, {},
+                                       frame.time,   frame.index,  frame.seed,  frame.extras};
+        const truth::Scene scene(*static_cast<const Params*>(params.get()), context);
+        double worst = 0;
+        for (int i = 0; i < int(image.total()); i++) {
+            const cv::Point at(i % image.cols, i / image.cols);
+            const ReferencePixel pixel = referencePixel(scene, context, at);
+            const double bound = 2e-6 * pixel.scale + pixel.allowance + pixel.methodError;
+            for (int n = 0; n < 3; n++)
+                worst = std::max(worst, std::abs(image.at<cv::Vec4f>(at)[n] - pixel.color[n]) / bound);
+        }
+        EXPECT_LE(worst, 1) << method;
+    }
+}
+
 }  // namespace
 }  // namespace brume
