@@ -146,7 +146,7 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
     Report report(batch.chain, a.seed, backendName(*batch.runner));
     Progress progress(batch.tasks.size());
     std::vector<Thumbnail> thumbnails;
-    std::string firstError;
+    std::string firstError, sheetError;
     ErrorKind firstKind = ErrorKind::Io;
     bool isLong = frames > sheetFrames, saidCamera = false;
     if (isLong && !a.noSheet) batch.thumbnails = sheetFrames;
@@ -174,8 +174,12 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
         if (!outcome.thumbnail.empty() && thumbnails.size() < sheetFrames) {
             thumbnails.push_back({outcome.thumbnail, fs::path(task.output).filename().string()});
             if (thumbnails.size() == sheetFrames) {
-                writeImage(sheetPath, contactSheet(thumbnails, 4));
-                progress.say("the first frames: " + sheetPath);
+                try {
+                    writeImage(sheetPath, contactSheet(thumbnails, 4));
+                    progress.say("the first frames: " + sheetPath);
+                } catch (const Error& error) {  // the frames, and the report of them, count for more
+                    sheetError = error.what();
+                }
             }
         }
         progress.step(report.failed());
@@ -187,6 +191,7 @@ void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string
     if (interrupted)
         failIo("interrupted after ", finished, " of ", batch.tasks.size(),
                " outputs; the same command with --resume continues");
+    if (firstError.empty() && !sheetError.empty()) failIo(sheetError);
     if (firstError.empty()) return;
     if (a.keepGoing && batch.tasks.size() > 1)
         failIo(report.failed(), " of ", batch.tasks.size(), " outputs failed, as said above");
@@ -262,7 +267,7 @@ void apply(Arguments a) {
     common.backend = backend;
     common.withDepth = a.withDepth;
     batch.tasks = tasksOf(chain, common, inputs, variants, names);
-    requireDistinct(batch.tasks, inputs, a.report);
+    requireDistinct(batch.tasks, inputs, batch.keep, a.report);
     std::erase_if(batch.tasks, [&](const Task& task) { return task.frame % shard.parts != shard.part - 1; });
     std::unique_ptr<FolderLock> lock;
     if (inputs.size() > 1) lock = std::make_unique<FolderLock>(names.folder(), !a.shard.empty());

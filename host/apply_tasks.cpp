@@ -1,5 +1,6 @@
 #include "apply_tasks.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <unordered_map>
@@ -7,7 +8,9 @@
 
 #include "effect/preset.hpp"
 #include "error.hpp"
+#include "frame/light_maps.hpp"
 #include "frame/pairing.hpp"
+#include "frame/sidecar.hpp"
 
 namespace brume::host {
 
@@ -59,29 +62,52 @@ std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::v
     return tasks;
 }
 
+// What reading a frame finds beside it.
+static std::vector<std::string> filesBeside(const std::string& color) {
+    std::vector<std::string> files = {depthFileBeside(color),
+                                      fs::path(color).replace_extension(".json").string()};
+    try {
+        const Sidecar sidecar = readSidecar(color);
+        files.push_back(sidecar.depthFile);
+        if (sidecar.extras)
+            for (const std::string& path : lightMapsOf(*sidecar.extras)) files.push_back(path);
+    } catch (const std::exception&) {  // that frame's own reading will say it
+    }
+    std::erase(files, "");
+    return files;
+}
+
 void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs,
-                     const std::string& report) {
+                     const std::vector<Kept>& keep, const std::string& report) {
     std::unordered_map<std::string, const Task*> seen;
     std::unordered_set<std::string> read;
+    std::vector<std::string> outputs;  // in the order of tasks, 1 + keep.size() each
+    for (const Task& task : tasks) {
+        outputs.push_back(task.output);
+        for (const Kept& kept : keep) outputs.push_back(OutputNames::keptBeside(task.output, kept));
+    }
+    // Only what is there already can be an input.
+    const bool mayOverwrite =
+        !report.empty() || std::any_of(outputs.begin(), outputs.end(), [](auto& output) {
+            std::error_code none;
+            return fs::exists(output, none);
+        });
     for (const FrameFiles& input : inputs) {
         read.insert(placeOf(input.color));
         if (!input.depth.empty()) read.insert(placeOf(input.depth));
+        if (mayOverwrite)
+            for (const std::string& beside : filesBeside(input.color)) read.insert(placeOf(beside));
     }
+    for (const std::string& output : outputs)
+        if (read.count(placeOf(output))) failUsage("-o: '", output, "' is an input; it would be overwritten");
     for (const Task& task : tasks) {
-        std::string path = placeOf(task.output);
-        if (read.count(path)) failUsage("-o: '", task.output, "' is an input; it would be overwritten");
-        auto [place, isNew] = seen.emplace(path, &task);
+        auto [place, isNew] = seen.emplace(placeOf(task.output), &task);
         if (!isNew)
             failUsage("-o: '", place->second->making.input, "' and '", task.making.input,
                       "' would both be written to '", task.output,
                       "'; use a name with {stem}, {index} or {param}");
     }
-    if (report.empty()) return;
-    for (const FrameFiles& input : inputs)
-        for (const std::string& beside :
-             {fs::path(input.color).replace_extension(".json").string(), depthFileBeside(input.color)})
-            if (!beside.empty()) read.insert(placeOf(beside));
-    if (read.count(placeOf(report)) || seen.count(placeOf(report)))
+    if (!report.empty() && (read.count(placeOf(report)) || seen.count(placeOf(report))))
         failUsage("--report: '", report, "' is an input or output; it would be overwritten");
 }
 

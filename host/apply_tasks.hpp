@@ -22,9 +22,9 @@ Shard parseShard(const std::string& shard);
 std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::vector<FrameFiles>& inputs,
                           const std::vector<Variant>& variants, const OutputNames& names);
 
-/// Throws Error (Usage) unless every output, and the report ("": none), has a place of its own, which is not
-/// an input.
+/// Throws Error (Usage) unless every output, those beside the pictures too, and the report ("": none), has a
+/// place of its own, which is no file of any frame's: its colour, depth, sidecar, or a light map this names.
 void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs,
-                     const std::string& report);
+                     const std::vector<Kept>& keep, const std::string& report);
 
 }  // namespace brume::host

@@ -3,6 +3,8 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
@@ -83,7 +85,10 @@ void serveDecoding(int line) {
     for (Message question; receiveMessage(line, question); question = {}) {
         Message answer;
         DecodeRequest request;
-        const auto refuse = [&](const std::string& sentence, ErrorKind kind) {
+        const auto refuse = [&](std::string sentence, ErrorKind kind) {
+            if (sentence.find(std::strerror(EMFILE)) != std::string::npos)  // and so not the image's fault
+                sentence = request.path +
+                           ": cannot be read: too many open files; let more be, as by 'ulimit -n 256'";
             answer.bytes = json::to_cbor(json{{"error", sentence}, {"kind", int(kind)}});
         };
         try {

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <new>
 #include <opencv2/core.hpp>
 
@@ -45,6 +47,7 @@ cv::UMatData* SharedImages::allocate(int dims, const int* sizes, int type, void*
         }
     if (!buffer) {
         file = memfd_create("brume-image", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+        if (file < 0 && (errno == EMFILE || errno == ENFILE)) failIo(std::strerror(errno));
         if (file < 0) throw std::bad_alloc();
         void* place = MAP_FAILED;
         if (ftruncate(file, off_t(bytes)) == 0 && fcntl(file, F_ADD_SEALS, seals) == 0)

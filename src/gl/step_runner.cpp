@@ -171,6 +171,16 @@ void StepRunner::bindImages(Bound& bound, GlFrame& frame) {
     if (bound.writesTransmittance) frame.images["transmittance"] = bound.transmittance;
 }
 
+// What a texture beyond the driver's limits was to be for is said with them.
+template <class Make>
+static auto heldFor(const std::string& what, Make make) {
+    try {
+        return make();
+    } catch (const Error& error) {
+        throw Error(error.kind(), what + ": " + error.what());
+    }
+}
+
 void StepRunner::bindTables(Bound& bound) {
     const std::vector<std::string> names = storageBuffers(bound.header);
     bound.buffers.resize(names.size());
@@ -196,7 +206,8 @@ void StepRunner::bindTables(Bound& bound) {
             for (int k = 0; k < 3; k++) size[k] = evaluateSize(derived.size[k], bound.variables, 1);
             if (!table.volume || table.volumeSize != size || table.values != values) {
                 table.volumeSize = size;
-                table.volume = std::make_unique<Texture>(gl_, size);
+                table.volume = heldFor(bound.header.path + ": '" + derived.name + "'",
+                                       [&] { return std::make_unique<Texture>(gl_, size); });
                 table.volume->upload(values);
             }
             bound.volumes[derived.name] = table.volume->name();
@@ -231,7 +242,9 @@ void StepRunner::runPass(Bound& bound, size_t index) {
     };
     for (const Pass& other : bound.header.passes)
         if (!other.target.empty() && !bound.samplers[other.target] && uses(other.target))
-            bound.samplers[other.target] = constant(targetSize(bound, other), {0, 0, 0, 0});
+            bound.samplers[other.target] = heldFor(nameWithFile, [&] {
+                return constant(targetSize(bound, other), {0, 0, 0, 0});
+            });
 
     PendingQuery pending{name, {}};
     gl_.CreateQueries(GL_TIMESTAMP, 2, pending.queries);
@@ -242,7 +255,7 @@ void StepRunner::runPass(Bound& bound, size_t index) {
                   "; at most 65536");
     for (int k = 0; k < repeat; k++) {
         // Never drawn into what is read: every run of a pass has a target of its own.
-        TexturePtr target = pool_.take(size, format);
+        TexturePtr target = heldFor(nameWithFile, [&] { return pool_.take(size, format); });
         if (isOutput || pass.compute)
             target->fillWithSentinel();
         else if (!bound.header.linear)

@@ -173,6 +173,21 @@ TEST_F(ApplyErrors, WhatWasReadIsNotWrittenOver) {
         EXPECT_THAT(ran.err, HasSubstr("is an input; it would be overwritten")) << words;
     }
     EXPECT_EQ(test::bytesOf(path("c.depth.exr")), before);
+    // Nor over what another frame of the run reads.
+    std::filesystem::copy_file(path("c.png"), path("k_color.png"));
+    std::filesystem::copy_file(path("c.depth.exr"), path("k_depth.exr"));
+    addText("k_color.json", R"({"lights": [{"shadow_map": "maps/sun.exr"}]})");
+    addFrame("maps/sun.exr");
+    for (const std::string place : {"k_depth.exr", "maps/sun.exr"}) {
+        const std::string there = test::bytesOf(path(place));
+        const auto other = "other/" + std::filesystem::path(place).filename().string();
+        addFrame(other);
+        const auto ran = brume("apply depth_fog " + other + " k_color.png -o './" +
+                               std::filesystem::path(place).parent_path().string() + "/{stem}.exr'");
+        EXPECT_EQ(ran.status, 2) << place << ran.err;
+        EXPECT_THAT(ran.err, HasSubstr(place + "' is an input; it would be overwritten")) << ran.err;
+        EXPECT_EQ(test::bytesOf(path(place)), there);
+    }
     for (const char* report : {"c.png", "c.depth.exr", "c.json", "o.png", "here/o.png"})
         expectError(std::string("apply depth_fog c.png -o o.png --report ") + report, 2,
                     "would be overwritten");

@@ -375,6 +375,15 @@ TEST_F(Batch, twoRunsIntoOneFolderAreRefused) {
     EXPECT_THAT(ran.err, HasSubstr("another brume is writing into 'out'"));
 }
 
+TEST_F(Batch, aContactSheetThatCannotBeWrittenCostsNoReport) {
+    addFrames(9);
+    fs::create_directories(path("out/contact_sheet.png/full"));
+    const auto ran = brume("apply depth_fog in -o out --report r.json");
+    EXPECT_EQ(ran.status, 3);
+    EXPECT_THAT(ran.err, testing::HasSubstr("brume: out/contact_sheet.png: is a folder"));
+    EXPECT_EQ(reportAt("r.json")["summary"]["made"], 9);
+}
+
 TEST_F(Batch, outputsThatWouldMeetAreRefusedBeforeAnyWork) {
     addFrame("a/one.exr");
     addFrame("b/one.exr");

@@ -144,6 +144,10 @@ TEST_F(HostileInput, longWordsAreRefusedLikeShortOnes) {
     addText("high.fs", isf + R"("PASSES": [{"TARGET": "t", "WIDTH": "1e9"}, {}])" + body);
     expectError("apply high.fs a.exr -o a.png --backend osmesa", 2,
                 "high.fs: t: size expression '1e9' gives");
+    // Within brume's limit, beyond any driver's.
+    addText("driver.fs", isf + R"("PASSES": [{"TARGET": "t", "WIDTH": "1000000"}, {}])" + body);
+    expectError("apply driver.fs a.exr -o a.png --backend osmesa", 2,
+                "driver.fs: the pass driver/t: OpenGL: an image of 1000000x");
     const std::string word = repeated("b", 100000);
     for (const std::string& place : {word, "a." + word, "a.b[" + repeated("1", 100000) + "].c"})
         EXPECT_EQ(brume("apply depth_fog a.exr -o a.png --set '" + place + "=1'").status, 2);
@@ -263,6 +267,20 @@ TEST_F(HostileInput, outputsStayInTheirFolder) {
     EXPECT_EQ(brume("apply depth_fog a.exr -o out/a.png").status, 0);
     EXPECT_EQ(bytesOf(path("elsewhere/precious")), "keep me");
     EXPECT_FALSE(fs::is_symlink(path("out/a.png")));
+}
+
+TEST_F(HostileInput, tooManyOpenFilesAreSaidToBeThat) {
+    addFrame("a.exr", {640, 480});  // pixels come back in shared memory, a file, too
+    int refused = 0;
+    for (int files = 5; files < 12; files++) {
+        const Ran ran =
+            run(folder_, "ulimit -n " + std::to_string(files) + "; BRUME apply depth_fog a.exr -o a.png");
+        if (ran.status == 0) continue;
+        refused++;
+        EXPECT_THAT(ran.err, HasSubstr("oo many open files")) << files;
+        EXPECT_THAT(ran.err, testing::Not(HasSubstr("damaged"))) << files;
+    }
+    EXPECT_GE(refused, 2);
 }
 
 TEST_F(HostileInput, limitsAreRaisedByFlags) {
