@@ -181,9 +181,10 @@ void gather(const FogBlur& p, const fog_blur::Source& source, cv::Mat& out) {
                             const int count = int(across.size());
                             fog_blur::sharpen(row.data(), source.color.ptr<float>(top + int(j)) + 4 * left,
                                               count);
-                            if (p.edges == keep)
-                                fog_blur::weigh(row.data(), row.data(),
-                                                source.sigma.ptr<float>(top + int(j)) + left, sigma, count);
+                            const float* sigmas = source.sigma.ptr<float>(top + int(j)) + left;
+                            for (int i = 0; i < count && p.edges == keep; i += fog_blur::widestWeighed)
+                                fog_blur::weigh(row.data() + 4 * i, row.data() + 4 * i, sigmas + i, sigma,
+                                                std::min(fog_blur::widestWeighed, count - i));
                             for (size_t i = 0; i < across.size(); i++) {
                                 float w = across[i] * down[j];
                                 for (int n = 0; n < 4; n++) sum[n] += w * row[4 * i + n];

@@ -77,6 +77,12 @@ TEST(FogBlur, GatherIsAGaussian) {
     for (double share : {.1, .5, 1.}) EXPECT_LE(errorUnderEvenFog(5, share, "gather"), 7e-4) << share;
 }
 
+// Weights of so wide a row did not fit what they were written to.
+TEST(FogBlur, GatherTakesTheWidestBlur) {
+    const cv::Mat image = constant({700, 3}, .25f), fog = constant(image.size(), 0);
+    EXPECT_LE(difference(blurred(image, fog, R"("radius": 64, "method": "gather")"), image), 1e-5);
+}
+
 // σ = σmax·((α - α0)/(1 - α0))^p, MODELS.md §8.
 TEST(FogBlur, StartAndFalloffShapeTheBlur) {
     for (double opacity : {.5, .8, 1.})
