@@ -257,8 +257,9 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
     // A little less than would show: rounded to fp32 it must not be more.
     offer(fir, "fir", std::clamp(.999 * unseen.error(1), 1e-6, 1e-3), 1);
     offer(recursive, "recursive", 1e-3, 4);
-    // The coarsest that does not show.
-    for (double tolerance = 1e-3; tolerance > 1e-5; tolerance /= 2) {
+    // The coarsest that does not show: of each factor the shortest FIR, then the longest that helps.
+    double tolerance = 1e-3;
+    for (int factor = blur::besselFactor(radius, tolerance); tolerance > 1e-5;) {
         offer(decimated, "decimated", tolerance, 4);
         if (choices.empty() || choices.back().method != decimated) break;
         blur::Choice& choice = choices.back();
@@ -266,6 +267,9 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         choice.ridge = blur::besselRidge(radius, choice.tolerance);
         choice.step = blur::besselStep(choice.tolerance);
         if (!in.chooses("tolerance") || unseen.share(choice) <= 1) break;
+        while (factor > 1 && blur::besselTolerance(radius, factor) >= .99 * tolerance) factor--;
+        if (factor == 1) break;
+        tolerance = blur::besselTolerance(radius, factor);
     }
     offer(hold, "hold", 1e-3, 4);
     offer(bilinear, "bilinear", 1e-3, 4);

@@ -43,11 +43,12 @@ vec4 smallFir(sampler2D image, ivec2 p, ivec2 along) {
     return sum;
 }
 
-// 4. Back up: six numbers of enlarging a phase weigh small pixels -2 to 3.
+// 4. Back up: six numbers of enlarging a phase weigh small pixels -2 to 3; of four boxes the outer ones are 0.
 vec4 enlarged(sampler2D image, ivec2 p, ivec2 along) {
     int place = p.x * along.x + p.y * along.y, w = 6 * (place % factor);
     ivec2 small0 = p + along * (place / factor + smallMargin - place);
     vec4 sum = vec4(0.0);
-    for (int m = 0; m < 6; m++) sum += enlarging[w + m] * fetch(image, small0 + (m - 2) * along);
+    for (int m = 0; m < 6; m++)
+        if (enlarging[w + m] != 0.0) sum += enlarging[w + m] * fetch(image, small0 + (m - 2) * along);
     return sum;
 }

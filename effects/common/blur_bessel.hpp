@@ -69,8 +69,13 @@ inline int besselFactor(double radius, double tolerance) {
     return std::clamp(int(radius / besselRatio(tolerance)), 1, largestFactor);
 }
 
+/// A tolerance that the factor just keeps.
+inline double besselTolerance(double radius, int factor) {
+    return std::min(1e-3, 1.0001e-3 * std::pow(besselRatio(1e-3) * factor / radius, 4));
+}
+
 inline Decimation besselDecimation(double radius, double tolerance) {
-    return boxDecimation(besselFactor(radius, tolerance), 6);
+    return boxDecimation(besselFactor(radius, tolerance), 4);
 }
 
 /// At most so much is a decimated blur's kernel off along one axis, at a distance in px. Most is where r
@@ -80,14 +85,15 @@ inline auto besselRidge(double radius, double tolerance) {
     const int factor = besselFactor(radius, tolerance);
     const double error = std::min(tolerance, 1e-3) / 2, bend = .027 * std::pow(factor / radius, 4);
     return [=](double distance) {
-        const double cut = error * (distance < 6 * radius ? .0018 : .011) / factor,
+        const double cut = error * (distance < 6 * radius ? .0018 : .0137) / factor,
                      r = 3.5 * std::exp(-1.5 * distance / besselTau(radius)) / besselTau(radius);
-        return bend * std::exp(-.4 * distance / factor) / factor + std::min(cut, r);
+        return bend * (std::exp(-.4 * distance / factor) + .85 * std::exp(-2 * distance / factor)) / factor +
+               std::min(cut, r);
     };
 }
 
 /// And so much it adds up to from any distance on.
-inline double besselStep(double tolerance) { return .06 * std::min(tolerance, 1e-3); }
+inline double besselStep(double tolerance) { return .085 * std::min(tolerance, 1e-3); }
 
 inline int besselSmallReach(double radius, double tolerance) {
     int factor = besselFactor(radius, tolerance);

@@ -233,6 +233,28 @@ void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, con
         enlargeRowsByFour(out, rows, weights, groups, factor, count);
 }
 
+/// Whether the outer taps of all phases are 0, as four boxes' are.
+inline bool isEnlargedByFour(std::span<const float> up) {
+    for (size_t w = 0; w < up.size(); w += enlargingTaps)
+        if (up[w] != 0 || up[w + enlargingTaps - 1] != 0) return false;
+    return true;
+}
+template <int taps>
+void enlargedImage(const cv::Mat& small, cv::Mat& out, int factor, std::span<const float> up, bool streams) {
+    const Scratch groups = phaseGroups(factor, up, taps);
+    cv::parallel_for_(
+        cv::Range(0, out.rows),
+        [&](const cv::Range& range) {
+            Scratch line(roomEnlarged(factor, out.cols));
+            for (int y = range.start; y < range.end; y++) {
+                enlargeRow<taps>(small, factor, up, groups.data(), y, 0, out.cols, line.data());
+                brume::putRow(out.ptr<float>(y), line.data(), 4 * size_t(out.cols), streams);
+            }
+            if (streams) brume::streamEnd();
+        },
+        4 * cv::getNumThreads());
+}
+
 /// `in` and `out` are CV_32FC4 of one size and do not overlap.
 inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur, bool streams) {
     if (blur.factor == 1) return separableFir(in, out, blur.small, streams);
@@ -241,18 +263,10 @@ inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& 
     Scratch memory(4 * (small.total() + beyondSmall));
     cv::Mat blurred(small.size(), CV_32FC4, memory.data());
     separableFir(small, blurred, blur.small);
-    const Scratch groups = phaseGroups(blur.factor, blur.up);
-    cv::parallel_for_(
-        cv::Range(0, in.rows),
-        [&](const cv::Range& range) {
-            Scratch line(roomEnlarged(blur.factor, in.cols));
-            for (int y = range.start; y < range.end; y++) {
-                enlargeRow(blurred, blur.factor, blur.up, groups.data(), y, 0, in.cols, line.data());
-                brume::putRow(out.ptr<float>(y), line.data(), 4 * size_t(in.cols), streams);
-            }
-            if (streams) brume::streamEnd();
-        },
-        4 * cv::getNumThreads());
+    if (isEnlargedByFour(blur.up))
+        enlargedImage<4>(blurred, out, blur.factor, blur.up, streams);
+    else
+        enlargedImage<enlargingTaps>(blurred, out, blur.factor, blur.up, streams);
 }
 
 }  // namespace blur
