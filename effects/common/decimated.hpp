@@ -233,11 +233,10 @@ void enlargeRow(const cv::Mat& small, int factor, std::span<const float> up, con
         enlargeRowsByFour(out, rows, weights, groups, factor, count);
 }
 
-/// Whether the outer taps of all phases are 0, as four boxes' are.
-inline bool isEnlargedByFour(std::span<const float> up) {
-    for (size_t w = 0; w < up.size(); w += enlargingTaps)
-        if (up[w] != 0 || up[w + enlargingTaps - 1] != 0) return false;
-    return true;
+/// Whether four boxes made the weights, whose kernel ends at 2·factor - 2 px: the last phase's tap one
+/// further on, at small pixel -1, is 0. (Six boxes of 2 px have four taps a phase too, but not those.)
+inline bool isOfFourBoxes(int factor, std::span<const float> up) {
+    return up[size_t(enlargingTaps) * size_t(factor - 1) + 1] == 0;
 }
 template <int taps>
 void enlargedImage(const cv::Mat& small, cv::Mat& out, int factor, std::span<const float> up, bool streams) {
@@ -263,7 +262,7 @@ inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& 
     Scratch memory(4 * (small.total() + beyondSmall));
     cv::Mat blurred(small.size(), CV_32FC4, memory.data());
     separableFir(small, blurred, blur.small);
-    if (isEnlargedByFour(blur.up))
+    if (isOfFourBoxes(blur.factor, blur.up))
         enlargedImage<4>(blurred, out, blur.factor, blur.up, streams);
     else
         enlargedImage<enlargingTaps>(blurred, out, blur.factor, blur.up, streams);
