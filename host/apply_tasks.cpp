@@ -64,8 +64,8 @@ std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::v
 
 // What reading a frame finds beside it.
 static std::vector<std::string> filesBeside(const std::string& color) {
-    std::vector<std::string> files = {depthFileBeside(color),
-                                      fs::path(color).replace_extension(".json").string()};
+    std::vector<std::string> files = depthFilesBeside(color);
+    files.push_back(fs::path(color).replace_extension(".json").string());
     try {
         const Sidecar sidecar = readSidecar(color);
         files.push_back(sidecar.depthFile);

@@ -43,11 +43,18 @@ namespace {
 const std::vector<std::pair<std::string, std::string>> twins = {
     {"", ".depth"}, {"", "_depth"}, {"_color", "_depth"}, {"_rgb", "_depth"}};
 
-// The image of that folder and stem, whatever its format, or empty.
-std::string imageAt(const fs::path& folder, const std::string& stem) {
+std::string upper(std::string text) {
+    for (char& c : text) c = char(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+// The images of that folder and stem, whatever their formats.
+std::vector<std::string> imagesAt(const fs::path& folder, const std::string& stem) {
+    std::vector<std::string> found;
     for (const std::string& ending : endings)
-        if (fs::path path = folder / (stem + ending); isThere(path)) return path.string();
-    return "";
+        for (const std::string& written : {ending, upper(ending)})
+            if (fs::path path = folder / (stem + written); isThere(path)) found.push_back(path.string());
+    return found;
 }
 
 // The stem with `from` at its end replaced by `to`, or empty where it does not end so.
@@ -58,14 +65,19 @@ std::string exchanged(const std::string& stem, const std::string& from, const st
 
 }  // namespace
 
-std::string depthFileBeside(const std::string& colorPath) {
+std::vector<std::string> depthFilesBeside(const std::string& colorPath) {
     for (const auto& [color, depth] : twins) {
         const std::string stem = exchanged(stemOf(colorPath), color, depth);
         if (stem.empty()) continue;
-        const std::string path = imageAt(fs::path(colorPath).parent_path(), stem);
-        if (!path.empty()) return path;
+        std::vector<std::string> paths = imagesAt(fs::path(colorPath).parent_path(), stem);
+        if (!paths.empty()) return paths;
     }
-    return "";
+    return {};
+}
+
+std::string ambiguity(const std::string& colorPath, const std::string& one, const std::string& other) {
+    return text(colorPath, ": its depth could be ", one, " or ", other,
+                "; say which, as --depth 'FOLDER/{stem}.EXT'");
 }
 
 bool isDepthBeside(const std::string& path) {
@@ -73,7 +85,7 @@ bool isDepthBeside(const std::string& path) {
     if (stem.ends_with(".depth")) return true;
     for (const auto& [color, depth] : twins) {
         const std::string partner = exchanged(stem, depth, color);
-        if (!partner.empty() && !imageAt(fs::path(path).parent_path(), partner).empty()) return true;
+        if (!partner.empty() && !imagesAt(fs::path(path).parent_path(), partner).empty()) return true;
     }
     return false;
 }

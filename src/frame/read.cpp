@@ -132,7 +132,11 @@ Capture readCapture(const std::string& path, const ReadOptions& options) {
         const DepthEncoding metres;
         pair.depth = {path, cv::Mat(pair.color.size(), CV_32F, cv::Scalar(HUGE_VAL)), metres, metres};
     } else if (!pair.depth) {
-        if (depthPath.empty()) depthPath = depthFileBeside(path);
+        if (depthPath.empty()) {
+            const std::vector<std::string> beside = depthFilesBeside(path);
+            if (beside.size() > 1) failIo(ambiguity(path, beside[0], beside[1]));
+            if (!beside.empty()) depthPath = beside[0];
+        }
         if (depthPath.empty())
             failIo(
                 path, ": has no depth: neither a channel Z nor ", stemOf(path),

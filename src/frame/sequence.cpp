@@ -12,6 +12,7 @@
 #include "error.hpp"
 #include "file_status.hpp"
 #include "frame/image_file.hpp"
+#include "frame/nearest_times.hpp"
 #include "frame/pairing.hpp"
 #include "frame/read.hpp"
 
@@ -248,26 +249,10 @@ struct DepthFile {
 
 std::vector<FrameFiles> pairByNearestTime(const std::vector<FrameFiles>& frames,
                                           const std::vector<DepthFile>& depths, const std::string& name) {
-    // Closest pairs first, each file once.
-    struct Candidate {
-        double apart;
-        size_t frame, depth;
-    };
-    std::vector<Candidate> candidates;
-    for (size_t f = 0; f < frames.size(); ++f)
-        for (size_t d = 0; d < depths.size(); ++d) {
-            const double apart = std::abs(*frames[f].time - *depths[d].time);
-            if (apart <= mostApart) candidates.push_back({apart, f, d});
-        }
-    std::stable_sort(candidates.begin(), candidates.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.apart < b.apart; });
-    std::vector<int> depthOf(frames.size(), -1);
-    std::vector<bool> taken(depths.size());
-    for (const Candidate& c : candidates)
-        if (depthOf[c.frame] < 0 && !taken[c.depth]) {
-            depthOf[c.frame] = int(c.depth);
-            taken[c.depth] = true;
-        }
+    std::vector<double> frameTimes, depthTimes;
+    for (const FrameFiles& f : frames) frameTimes.push_back(*f.time);
+    for (const DepthFile& d : depths) depthTimes.push_back(*d.time);
+    const std::vector<int> depthOf = pairNearest(frameTimes, depthTimes, mostApart);
     std::vector<FrameFiles> paired;
     for (size_t f = 0; f < frames.size(); ++f) {
         if (depthOf[f] < 0) continue;
@@ -281,10 +266,11 @@ std::vector<FrameFiles> pairByNearestTime(const std::vector<FrameFiles>& frames,
 /// By equal stem, else by time, else by number.
 std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vector<DepthFile>& depths,
                                  const std::string& name) {
-    std::map<std::string, std::string> byStem;
+    std::map<std::string, std::string> byStem, another;  // a second of that name, of another format
     std::map<long, std::string> byNumber;
     for (const DepthFile& d : depths) {
-        byStem[depthStem(d.path)] = d.path;
+        const std::string& first = byStem.try_emplace(depthStem(d.path), d.path).first->second;
+        if (first != d.path) another.try_emplace(depthStem(d.path), d.path);
         if (const auto number = numberOf(d.path)) byNumber[*number] = d.path;
     }
     const auto allHave = [&](auto&& depthOf) {
@@ -303,8 +289,13 @@ std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vect
     const bool timed =
         std::all_of(frames.begin(), frames.end(), [](const FrameFiles& f) { return bool(f.time); }) &&
         std::all_of(depths.begin(), depths.end(), [](const DepthFile& d) { return bool(d.time); });
+    const auto takeStemDepth = [&](FrameFiles& f) {
+        f.depth = stemDepth(f);
+        if (const auto other = another.find(stemOf(f.color)); other != another.end())
+            f.missing = ambiguity(f.color, f.depth, other->second);
+    };
     if (allHave(stemDepth)) {
-        for (FrameFiles& f : frames) f.depth = stemDepth(f);
+        std::for_each(frames.begin(), frames.end(), takeStemDepth);
         return frames;
     }
     if (timed) return pairByNearestTime(frames, depths, name);
@@ -325,7 +316,10 @@ std::vector<FrameFiles> pairWith(std::vector<FrameFiles> frames, const std::vect
     };
     const bool byNumbers = numbersDiffer && served(numberDepth) > served(stemDepth);
     for (FrameFiles& f : frames) {
-        f.depth = byNumbers ? numberDepth(f) : stemDepth(f);
+        if (byNumbers)
+            f.depth = numberDepth(f);
+        else
+            takeStemDepth(f);
         if (f.depth.empty())
             f.missing = text(f.color, ": ", name, " holds no depth of the same name, number or time");
     }

@@ -1,5 +1,8 @@
 #include "frame/sequence.hpp"
 
+#include <cmath>
+#include <random>
+
 #include "frame/pairing.hpp"
 #include "frame_fixture.hpp"
 
@@ -43,7 +46,28 @@ TEST_F(Sequences, DepthBesideIsNoFrameAndIsFound) {
                                        {"c_rgb.png", "c_depth.png"},
                                        {"d.jpg", "d_depth.png"},
                                        {"ocean_depth.png", ""}})
-        EXPECT_EQ(depthFileBeside(file(color)), *depth ? file(depth) : "") << color;
+        EXPECT_EQ(depthFilesBeside(file(color)), *depth ? Names{file(depth)} : Names{}) << color;
+}
+
+// Which of two is meant, nobody can tell.
+TEST_F(Sequences, ADepthOfTwoFormatsIsRefused) {
+    touch({"rgb/a.png", "rgb/b.png", "z/a.exr", "z/a.png", "z/b.exr", "z/unasked.exr", "z/unasked.png"});
+    const std::vector<FrameFiles> frames = expandFrames({file("rgb")}, file("z"));
+    ASSERT_EQ(frames.size(), 2u);
+    EXPECT_EQ(frames[0].missing, file("rgb/a.png") + ": its depth could be " + file("z/a.exr") + " or " +
+                                     file("z/a.png") + "; say which, as --depth 'FOLDER/{stem}.EXT'");
+    EXPECT_EQ(frames[1].missing, "");
+    EXPECT_EQ(expanded({file("rgb")}, file("z/{stem}.exr")),
+              (Names{"rgb/a.png>z/a.exr", "rgb/b.png>z/b.exr"}));
+    touch({"c.png", "c.depth.exr", "c.depth.tif"});
+    EXPECT_EQ(depthFilesBeside(file("c.png")), (Names{file("c.depth.exr"), file("c.depth.tif")}));
+}
+
+TEST_F(Sequences, EndingsMayBeInCapitals) {
+    touch({"A.PNG", "A.depth.EXR", "b_color.JPG", "b_depth.png"});
+    EXPECT_EQ(expanded({folder.string()}), (Names{"A.PNG", "b_color.JPG"}));
+    EXPECT_EQ(depthFilesBeside(file("A.PNG")), Names{file("A.depth.EXR")});
+    EXPECT_EQ(depthFilesBeside(file("b_color.JPG")), Names{file("b_depth.png")});
 }
 
 TEST_F(Sequences, ALightsMapIsNoFrame) {
@@ -138,6 +162,63 @@ TEST_F(Sequences, TumPairsNearestTimestamps) {
     writeText("associations.txt",
               "1.00 rgb/1.00.png 1.012 depth/1.012.png\n1.05 rgb/1.05.png 1.048 depth/1.048.png\n");
     EXPECT_EQ(expanded({file("associations.txt")}), wanted);
+}
+
+// What pairing closest first means, by looking at every pair.
+std::vector<int> closestFirst(const std::vector<double>& frames, const std::vector<double>& depths) {
+    std::vector<int> depthOf(frames.size(), -1);
+    std::vector<bool> taken(depths.size());
+    for (;;) {
+        double least = .02;  // s, as TUM
+        int frame = -1, depth = -1;
+        for (size_t f = 0; f < frames.size(); f++)
+            for (size_t d = 0; d < depths.size(); d++)
+                if (const double apart = std::abs(frames[f] - depths[d]);
+                    depthOf[f] < 0 && !taken[d] && (frame < 0 ? apart <= least : apart < least))
+                    least = apart, frame = int(f), depth = int(d);
+        if (frame < 0) return depthOf;
+        depthOf[frame] = depth;
+        taken[depth] = true;
+    }
+}
+
+TEST_F(Sequences, TimesPairClosestFirst) {
+    std::mt19937 random(3);
+    for (int round = 0; round < 60; round++) {
+        // In 64ths of a second (.015625), so that many are equal or equally far.
+        const auto times = [&](int count) {
+            std::vector<double> list;
+            for (int k = 0; k < count; k++) list.push_back(double(random() % 12) / 64);
+            return list;
+        };
+        const std::vector<double> frames = times(1 + round % 9), depths = times(1 + round % 7);
+        std::string list, depthList;
+        for (size_t k = 0; k < frames.size(); k++)
+            list += std::to_string(frames[k]) + text(" f", k, ".png\n");
+        for (size_t k = 0; k < depths.size(); k++)
+            depthList += std::to_string(depths[k]) + text(" d", k, ".png\n");
+        writeText("rgb.txt", list);
+        writeText("z.txt", depthList);
+        Names wanted;
+        const std::vector<int> depthOf = closestFirst(frames, depths);
+        for (size_t k = 0; k < frames.size(); k++)
+            if (depthOf[k] >= 0) wanted.push_back(text("f", k, ".png>d", depthOf[k], ".png"));
+        if (wanted.empty())
+            sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb.txt")}, file("z.txt")); });
+        else
+            EXPECT_EQ(expanded({file("rgb.txt")}, file("z.txt")), wanted) << list << "---\n" << depthList;
+    }
+}
+
+// 30,000 frames and depths of one time were 900 million pairs, 20 GB.
+TEST_F(Sequences, ManyEqualTimesPairQuickly) {
+    std::string frames, depths;
+    for (int k = 0; k < 30000; k++) frames += "1.0 a.png\n", depths += text("1.0 d", k, ".exr\n");
+    writeText("rgb.txt", frames);
+    writeText("z.txt", depths);
+    const Names paired = expanded({file("rgb.txt")}, file("z.txt"));
+    ASSERT_EQ(paired.size(), 30000u);
+    EXPECT_EQ(paired.back(), "a.png>d29999.exr");
 }
 
 TEST_F(Sequences, Lists) {
