@@ -307,8 +307,8 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
     const cv::Vec3d sun(p.sunDirection);
     const double cosine = cv::norm(sun) > 0 ? towards.dot(sun) / cv::norm(sun) : 0;
 
-    // The noise, and how far each method, and 4 ulp of its coordinates (noise rises by less than 3/2 a cell),
-    // may be off.
+    // The noise, and how far each method, and 4 ulp of its coordinates, may be off. Perlin noise rises by
+    // less than 3/2 a cell; simplex by up to 3.4 beside lattice points, but is granted no more.
     const double epsilon = 4. * std::numeric_limits<float>::epsilon();
     const ReferenceNoise noise{p, eye, c.time};
     const double octaveSlope = 1.5 * p.octaves / (2 - std::pow(2., 1 - p.octaves));
@@ -356,37 +356,42 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
             transmittance = std::max(transmittance, other.transmittance);
         }
     };
-    auto change = [&](double l, double r, double noiseAt, double cos) {
-        const Outcome other = outcomeOf(p, scene, l, r, noiseAt, cos);
+    auto between = [&](const Outcome& a, const Outcome& b) {
         Change largest;
-        largest.transmittance = std::abs(other.transmittance - truth.transmittance);
+        largest.transmittance = std::abs(a.transmittance - b.transmittance);
         for (int k = 0; k < 3; k++) {
-            const double difference = other.color[k] - truth.color[k];
+            const double difference = a.color[k] - b.color[k];
             if (std::isfinite(difference)) largest.color = std::max(largest.color, std::abs(difference));
-            if (!std::isfinite(scene[k]) && other.hidesAll != truth.hidesAll) pixel.ambiguous = true;
+            if (!std::isfinite(scene[k]) && a.hidesAll != b.hidesAll) pixel.ambiguous = true;
         }
         return largest;
+    };
+    // Roundings show as they do where the method is, which may be another side of a density's or an opacity's
+    // limit than the truth's.
+    const Outcome exact = outcomeOf(p, scene, L, methodRelative, methodNoise, cosine);
+    auto change = [&](double l, double r, double noiseAt, double cos) {
+        return between(outcomeOf(p, scene, l, r, noiseAt, cos), exact);
     };
     Change lengthwise, noisewise, densitywise, sunwise;
     for (int sign : {-1, 1}) {
         const double l =
             std::isfinite(L) ? std::max(0., L + sign * epsilon * std::max(L, double(p.start))) : L;
-        lengthwise.take(change(l, relative, n, cosine));
-        const double around = std::clamp(n + sign * noiseChange, 0., 1.);
+        lengthwise.take(change(l, methodRelative, methodNoise, cosine));
+        const double around = std::clamp(methodNoise + sign * noiseChange, 0., 1.);
         if (p.where != asAProduct) {
             noisewise.take(change(L, relativeDensity(p, around, dy), around, cosine));
-            const double climbed = relativeDensity(p, n, dy + sign * epsilon * std::min(L, 1e15));
-            densitywise.take(change(L, climbed, n, cosine));
+            const double climbed = relativeDensity(p, methodNoise, dy + sign * epsilon * std::min(L, 1e15));
+            densitywise.take(change(L, climbed, methodNoise, cosine));
         } else {
             densitywise.take(change(L, std::max(0., relative + sign * relativeChange), n, cosine));
         }
-        sunwise.take(change(L, relative, n, std::min(1., cosine + sign * epsilon * turn)));
+        sunwise.take(change(L, methodRelative, methodNoise, std::min(1., cosine + sign * epsilon * turn)));
     }
     for (const Change& c : {lengthwise, noisewise, densitywise, sunwise}) {
         pixel.allowance += c.color;
         pixel.transmittanceAllowance += c.transmittance;
     }
-    const Change method = change(L, methodRelative, methodNoise, cosine);
+    const Change method = between(exact, truth);
     pixel.methodError = method.color;
     pixel.transmittanceMethodError = method.transmittance;
     return pixel;
