@@ -1,4 +1,9 @@
 // The names that programs write for the picture and its depth.
+#include <ImfDeepFrameBuffer.h>
+#include <ImfDeepScanLineOutputFile.h>
+
+#include <array>
+
 #include "exr_fixture.hpp"
 #include "frame/read.hpp"
 #include "frame_fixture.hpp"
@@ -163,6 +168,41 @@ TEST_F(ExrWindows, AlphaIsUnassociatedAndAGlowSurvives) {
     const FramePair frame = readFrame(file("a.exr"));
     EXPECT_EQ(frame.color.at<cv::Vec4f>(2, 2), cv::Vec4f(.4f, .2f, 0, .5f));
     EXPECT_EQ(frame.color.at<cv::Vec4f>(0, 0), cv::Vec4f(.2f, .1f, 0, 0));
+}
+
+// Two pixels of premultiplied samples, not in their order.
+TEST_F(ExrWindows, DeepSamplesAreFlattenedFrontToBack) {
+    Imf::Header header(2, 1);
+    header.compression() = Imf::ZIPS_COMPRESSION;
+    header.setType(Imf::DEEPSCANLINE);
+    unsigned counts[2] = {3, 2};
+    float z[5] = {9, 2, 5, /**/ 4, 3}, alpha[5] = {.1f, .3f, .4f, /**/ 0, .2f},
+          red[5] = {.3f, .1f, .2f, /**/ .7f, .05f};
+    const auto at = [](float* values) { return std::array<float*, 2>{values, values + 3}; };
+    std::array<float*, 2> ofZ = at(z), ofAlpha = at(alpha), ofRed = at(red);
+    Imf::DeepFrameBuffer buffer;
+    buffer.insertSampleCountSlice(Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts), sizeof counts[0]));
+    for (const auto& [name, pointers] :
+         {std::pair{"Z", &ofZ}, {"A", &ofAlpha}, {"R", &ofRed}, {"G", &ofRed}, {"B", &ofRed}}) {
+        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        buffer.insert(name, Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(pointers->data()),
+                                           sizeof(float*), 0, sizeof(float)));
+    }
+    {
+        Imf::DeepScanLineOutputFile out(file("deep.exr").c_str(), header);
+        out.setFrameBuffer(buffer);
+        out.writePixels(1);
+    }
+    const FramePair frame = readFrame(file("deep.exr"));
+    // 1 - .7·.6·.9 covered; of the light from behind .42 is left behind the sample at 5 m.
+    const cv::Vec4f first = frame.color.at<cv::Vec4f>(0, 0), second = frame.color.at<cv::Vec4f>(0, 1);
+    EXPECT_NEAR(first[3], .622, 1e-6);
+    EXPECT_NEAR(first[0] * first[3], .1 + .7 * .2 + .42 * .3, 1e-6);
+    EXPECT_EQ(frame.depth.at<float>(0, 0), 5);
+    // A glow in front of nothing: half of the light is never gone, so the depth is the last that covers.
+    EXPECT_NEAR(second[3], .2, 1e-6);
+    EXPECT_NEAR(second[0] * second[3], .05 + .8 * .7, 1e-6);
+    EXPECT_EQ(frame.depth.at<float>(0, 1), 3);
 }
 
 }  // namespace

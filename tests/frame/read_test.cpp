@@ -208,6 +208,7 @@ TEST_F(Reading, SidecarSaysWhatFilesCannot) {
     EXPECT_FLOAT_EQ(frame.color.at<cv::Vec4f>(0, 0)[0], 128 / 255.f);
     EXPECT_EQ(frame.camera.fy, 8);
     EXPECT_EQ(frame.camera.cx, 3) << "whole numbers are pixel centres there";
+    EXPECT_EQ(frame.camera.cy, 2) << "in both directions";
     EXPECT_NEAR(frame.camera.worldFromCamera(1, 2), -1, 1e-12) << "looks straight up";
     EXPECT_EQ(frame.time, 1.25);
     EXPECT_EQ((*frame.extras)["lights"][0], 1);
@@ -324,6 +325,23 @@ TEST(Airlight, OfAPathTracedFogIsItsColour) {
     street.color = frame.color(lower).clone();
     street.depth = frame.depth(lower).clone();
     EXPECT_LT(cv::norm(pickAirlight(street).color - truth), .35);
+}
+
+// White before, grey behind, and a few pixels of blue sky: a sky of 1 % is taken for one, .99 % is not.
+TEST(Airlight, IsTheSkysFromOnePercentOnElseTheFartherHalfs) {
+    FramePair frame;
+    frame.color = cv::Mat(100, 100, CV_32FC4, cv::Scalar(1, 1, 1, 1));
+    frame.depth = cv::Mat(100, 100, CV_32F, cv::Scalar(5));
+    frame.color.rowRange(0, 60).setTo(cv::Scalar(.4, .5, .6, 1));
+    frame.depth.rowRange(0, 60).setTo(50);
+    for (int pixels : {99, 100}) {
+        frame.color.row(0).colRange(0, pixels).setTo(cv::Scalar(.1, .2, .9, 1));
+        frame.depth.row(0).colRange(0, pixels).setTo(INFINITY);
+        const Airlight airlight = pickAirlight(frame);
+        EXPECT_EQ(airlight.how, pixels < 100 ? "dark channel" : "median of the sky");
+        const cv::Vec3d wanted = pixels < 100 ? cv::Vec3d(.4, .5, .6) : cv::Vec3d(.1, .2, .9);
+        EXPECT_LT(cv::norm(airlight.color - wanted), 1e-6) << airlight.color;
+    }
 }
 
 }  // namespace

@@ -115,6 +115,30 @@ TEST_F(Batch, drawsStayInRangeDifferAndAreRecorded) {
     EXPECT_EQ(reportAt("r.json")["seed"], 2);
 }
 
+// 120 numbers: a third of them in each third of the range, counted in decades or evenly, as asked.
+TEST_F(Batch, drawsAreSpreadAsAsked) {
+    addFrames(60);
+    const auto apply = [&](const std::string& draw) {
+        return brume("apply depth_fog in -o out --format png --report r.json --set 'depth_fog.color=" + draw +
+                     "'")
+            .status;
+    };
+    EXPECT_EQ(apply("random((.001,.001,0),(1,1,0),log)"), 2) << "0 has no logarithm";
+    for (const bool isLog : {true, false}) {
+        ASSERT_EQ(apply(text("random((.001,.001,0.5),(1,1,0.5)", isLog ? ",log" : "", ")")), 0);
+        int inThird[3] = {};
+        const auto report = reportAt("r.json");
+        for (const auto& frame : report["frames"])
+            for (int n : {0, 1}) {
+                const double x = frame["settings"]["depth_fog.color"][n].get<double>();
+                const double share = isLog ? 1 + std::log10(x) / 3 : (x - .001) / .999;
+                inThird[std::clamp(int(share * 3), 0, 2)]++;
+            }
+        // 40 each, with a standard deviation of 5.
+        for (int count : inThird) EXPECT_NEAR(count, 40, 15) << (isLog ? "in decades" : "evenly");
+    }
+}
+
 TEST_F(Batch, framesThatNoDepthLiesNearAreSaidToBeLeftOut) {
     const FramePair frame = test::sampleFrame({32, 24});
     WriteOptions data;
