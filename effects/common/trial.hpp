@@ -161,34 +161,39 @@ class Trial {
     int worst_ = 0;               // the tile where the last method failed
 };
 
+struct TrialLevel {
+    int finer;      ///< finer² rays of every tile of the frame; 0: the few
+    double margin;  ///< the worst of all pixels may be so many times the worst of these rays
+};
+
 /// Ever more of a frame's rays: most methods are off already on a few, and only what might be off elsewhere
 /// is tried on more. A `Trials` has error(method, steps, enough) and doubt().
 template <class Trials>
 class TrialLevels {
   public:
-    using Make = std::function<std::unique_ptr<Trials>(int level)>;
+    using Make = std::function<std::unique_ptr<Trials>(int finer)>;
 
-    /// How many times the worst of a level's rays the worst of all pixels may be. On the last, the error may
-    /// grow towards all pixels as it grew from the level before, each time that rays are four times as many.
-    TrialLevels(std::vector<double> margins, const Make& make)
-        : margins_(std::move(margins)), make_(make), trials_(margins_.size()) {}
+    /// From the third on, the error may also grow towards all pixels as it grew from the level before, each
+    /// time that rays are so many times as many.
+    TrialLevels(std::vector<TrialLevel> levels, const Make& make)
+        : levels_(std::move(levels)), make_(make), trials_(levels_.size()) {}
 
     Trials& at(int level) {
-        if (!trials_[level]) trials_[level] = make_(level);
+        if (!trials_[level]) trials_[level] = make_(levels_[level].finer);
         return *trials_[level];
     }
     /// The worst error to be feared of a method; gives up where it exceeds `enough`.
     double error(const TrialOption& option, double enough) {
         double feared = 0, worst = 0, before = HUGE_VAL;
-        for (int level = 0; level < int(margins_.size()); level++) {
+        for (int level = 0; level < int(levels_.size()); level++) {
             // More rays can only tell of larger errors.
-            const double doubt = at(level).doubt(), least = margins_.back();
+            const double doubt = at(level).doubt(), least = levels_.back().margin;
             const double own = at(level).error(option.method, option.steps, (enough - doubt) / least);
             worst = std::max(worst, own);
             feared = least * worst + doubt;
             if (feared > enough) break;
-            const double growth = level > 1 && own > before ? std::pow(own / before, 3) : 0;
-            feared = std::max(margins_[level], std::min(growth, 4.)) * worst + doubt;
+            const double growth = level > 1 && own > before ? std::pow(own / before, timesLeft(level)) : 0;
+            feared = std::max(levels_[level].margin, std::min(growth, 4.)) * worst + doubt;
             if (feared <= enough && std::isfinite(enough)) break;
             before = own;
         }
@@ -196,7 +201,13 @@ class TrialLevels {
     }
 
   private:
-    std::vector<double> margins_;
+    // How often rays grow as from the level before until they are all.
+    double timesLeft(int level) const {
+        const double finer = levels_[level].finer;
+        return std::log(ImageBounds::tile / finer) / std::log(finer / levels_[level - 1].finer);
+    }
+
+    std::vector<TrialLevel> levels_;
     Make make_;
     std::vector<std::unique_ptr<Trials>> trials_;
 };

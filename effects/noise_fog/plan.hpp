@@ -122,11 +122,15 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
             options.push_back({method, steps, costOf(p, method, isMarch ? steps : 1), method == baked});
     // Margins are what was seen on 40 frames of 1280×720, of methods and numbers of steps near the tolerance:
     // all pixels were up to 6 times as bad as the few rays, and up to 4.4 times as one ray of every tile.
-    // Four of every tile come to 1.6 times, or to what the growth from one to four tells.
+    // Four of every tile come to 1.6 times, or to what the growth from one to four tells. At the surface,
+    // where a ray is one place and the volume is the only choice, sixteen may settle what four do not, and
+    // all of them what those do not.
     Texels texels(p.edge());
-    TrialLevels<RayTrial> trials({8, 4, 1.6}, [&](int level) {
+    std::vector<TrialLevel> levels = {{0, 8}, {1, 4}, {2, 1.6}};
+    if (!isMarch) levels.insert(levels.end(), {{4, 1.25}, {ImageBounds::tile, 1.1}});
+    TrialLevels<RayTrial> trials(levels, [&](int finer) {
         return std::make_unique<RayTrial>(
-            p, in, level ? cutShort(p, in, raysEverywhere(in, level)) : fewRays(p, in), texels);
+            p, in, finer ? cutShort(p, in, raysEverywhere(in, finer)) : fewRays(p, in), texels);
     });
     auto errorOf = [&](const TrialOption& option, double enough) { return trials.error(option, enough); };
     const TrialChoice best = cheapest(options, in.tolerance, isMarch && in.chooses("steps"), errorOf);

@@ -167,8 +167,8 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
         plan.why = "p2 is not the integral at any number of steps; 128 are the paper's own";
         return plan;
     }
-    brume::TrialLevels<RayTrial> trials({20, 3, 2},
-                                        [&](int level) { return std::make_unique<RayTrial>(p, in, level); });
+    brume::TrialLevels<RayTrial> trials({{0, 20}, {1, 3}, {2, 2}},
+                                        [&](int finer) { return std::make_unique<RayTrial>(p, in, finer); });
     auto errorOf = [&](const brume::TrialOption& option, double enough) {
         return trials.error(option, enough);
     };
