@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
+#include <system_error>
 
 namespace brume {
+
+namespace fs = std::filesystem;
 
 static std::string lower(std::string word) {
     for (char& c : word) c = char(std::tolower((unsigned char)c));
@@ -48,6 +52,27 @@ std::string suggestion(const std::string& wrong, const std::vector<std::string>&
     std::string list;
     for (const auto& candidate : candidates) list += (list.empty() ? "" : ", ") + candidate;
     return " (there are: " + list + ")";
+}
+
+static fs::path withoutSlash(const std::string& path) {
+    return path.ends_with('/') ? fs::path(path).parent_path() : fs::path(path);
+}
+
+std::string nearestBeside(const std::string& missing) {
+    constexpr size_t most = 4096;
+    const fs::path path = withoutSlash(missing);
+    std::vector<std::string> names;
+    std::error_code error;
+    fs::directory_iterator item(path.has_parent_path() ? path.parent_path() : fs::path("."), error);
+    for (; !error && item != fs::directory_iterator() && names.size() < most; item.increment(error))
+        names.push_back(item->path().filename().string());
+    return nearestName(path.filename().string(), names);
+}
+
+std::string suggestionBeside(const std::string& missing) {
+    const std::string near = nearestBeside(missing);
+    return near.empty() ? ""
+                        : " (did you mean '" + withoutSlash(missing).replace_filename(near).string() + "'?)";
 }
 
 }  // namespace brume

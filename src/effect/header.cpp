@@ -7,6 +7,7 @@
 
 #include "effect/header_chart.hpp"
 #include "effect/header_parts.hpp"
+#include "nearest_name.hpp"
 #include "strict_json.hpp"
 
 namespace brume {
@@ -224,7 +225,7 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
 EffectHeader readHeader(const std::string& path) {
     std::error_code none;
     auto size = std::filesystem::file_size(path, none);
-    if (none) failUsage(path, ": no such effect file");
+    if (none) failUsage(path, ": no such effect file", suggestionBeside(path));
     if (size > (4u << 20)) failUsage(path, ": an effect file of ", size, " bytes; at most 4 MiB");
     std::ifstream in(path, std::ios::binary);
     std::string content((std::istreambuf_iterator<char>(in)), {});

@@ -7,6 +7,7 @@
 #include "effect/effect.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
+#include "nearest_name.hpp"
 
 namespace brume {
 
@@ -78,7 +79,12 @@ struct Expander {
             add(path, std::string((std::istreambuf_iterator<char>(in)), {}), 1);
             return;
         }
-        failUsage(from, ":", line, ": #include \"", name, "\" is not in ", searched);
+        std::string near;
+        for (const auto& folder : includePath)
+            if (near.empty()) near = nearestBeside((fs::path(folder) / name).string());
+        if (!near.empty())
+            near = " (did you mean \"" + fs::path(name).replace_filename(near).string() + "\"?)";
+        failUsage(from, ":", line, ": #include \"", name, "\" is not in ", searched, near);
     }
 };
 

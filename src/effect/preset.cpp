@@ -204,7 +204,9 @@ Chain readPreset(const std::string& pathOrName, const EffectRegistry& registry) 
     }
     std::error_code none;
     auto size = fs::file_size(path, none);
-    if (none) failUsage(path, ": no such preset file (a shipped preset is named without path or ending)");
+    if (none)
+        failUsage(path, ": no such preset file", suggestionBeside(path),
+                  " (a shipped preset is named without path or ending)");
     if (size > (4u << 20)) failUsage(path, ": a preset of ", size, " bytes; at most 4 MiB");
     std::ifstream in(path, std::ios::binary);
     return parsePreset(std::string((std::istreambuf_iterator<char>(in)), {}), path, registry);

@@ -67,9 +67,8 @@ static std::string effectBelow(const fs::path& folder) {
 // The .fs file that a path means: itself, or the folder's one of the folder's name, or the folder's only one.
 static fs::path effectFile(const fs::path& path) {
     if (!isThere(path))
-        failUsage(
-            path.string(),
-            ": no such effect file or folder; effects of your own are built first, by cmake --build build");
+        failUsage(path.string(), ": no such effect file or folder", suggestionBeside(path.string()),
+                  "; effects of your own are built first, by cmake --build build");
     if (!isFolder(path)) return path;
     std::vector<fs::path> files;
     for (const auto& item : fs::directory_iterator(path))

@@ -9,6 +9,7 @@
 #include "error.hpp"
 #include "frame/decode.hpp"
 #include "modules/module.hpp"
+#include "nearest_name.hpp"
 
 namespace brume {
 
@@ -21,7 +22,8 @@ constexpr uint64_t mostPixelsAByte = 32768;
 std::vector<unsigned char> readBytes(const std::string& path, size_t limit) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
-    if (!fs::exists(status)) failIo(path, ": there is no such ", path.ends_with('/') ? "folder" : "file");
+    if (!fs::exists(status))
+        failIo(path, ": there is no such ", path.ends_with('/') ? "folder" : "file", suggestionBeside(path));
     if (fs::is_directory(status)) failIo(path, ": is a folder, not an image file");
     if (!fs::is_regular_file(status)) failIo(path, ": is not a regular file");
     const uintmax_t size = fs::file_size(path, error);

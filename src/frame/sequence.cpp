@@ -15,6 +15,7 @@
 #include "frame/nearest_times.hpp"
 #include "frame/pairing.hpp"
 #include "frame/read.hpp"
+#include "nearest_name.hpp"
 
 namespace brume {
 
@@ -371,7 +372,7 @@ std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const s
     if (frames.size() > 1 && !isThere(depth)) {
         if (const size_t brace = depth.find('{'); brace != std::string::npos)
             failIo(depth, ": the name of a frame is written {stem}, as in 'depth/{stem}.png'");
-        failIo(depth, ": there is no such depth file, folder, pattern or list");
+        failIo(depth, ": there is no such depth file, folder, pattern or list", suggestionBeside(depth));
     }
     if (frames.size() > 1)
         failIo(depth, ": one depth file for ", frames.size(),

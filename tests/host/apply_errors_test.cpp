@@ -195,4 +195,17 @@ TEST_F(ApplyErrors, WhatWasReadIsNotWrittenOver) {
     EXPECT_EQ(brume("apply depth_fog c.png -o o.png --keep depth --report r.json").status, 0);
 }
 
+// A name with a wrong letter is the nearest of its folder's.
+TEST_F(ApplyErrors, misspeltFilesAreGuessed) {
+    addFrame("valley.exr", {8, 6});
+    addText("mist.ini", "[depth_fog]\n");
+    addText("own/mist.fs", "/*{\"ISFVSN\": \"2\"}*/\n#include \"kit/imgae.glsl\"\nvoid main() {}\n");
+    expectError("apply depth_fog valey.exr -o a.png", 3,
+                "valey.exr: there is no such file (did you mean 'valley.exr'?)");
+    expectError("apply depth_fog valley.exr --depth vally.exr -o a.png", 3, "did you mean 'valley.exr'?");
+    expectError("apply ./mits.ini valley.exr -o a.png", 2, "did you mean './mist.ini'?");
+    expectError("apply ./own/mits.fs valley.exr -o a.png", 2, "did you mean './own/mist.fs'?");
+    expectError("apply ./own/mist.fs valley.exr -o a.png", 2, "did you mean \"kit/image.glsl\"?");
+}
+
 }  // namespace
