@@ -17,6 +17,7 @@
 
 #include "common/blur_bessel.hpp"
 #include "common/blur_plan.hpp"
+#include "common/blur_reference.hpp"
 #include "common/cascade.hpp"
 #include "common/decimated.hpp"
 #include "common/recursion.hpp"
@@ -121,8 +122,7 @@ void run(const BesselBlur& p, const CpuContext& c) {
                             {c.derived("poles"), c.derived("centerTap")[0], c.derived("poleOrigin")[0]});
 }
 
-// --- reference, fp64: r integrated over each pixel by Simpson's rule, out to 14 τ; what lies beyond an edge
-// is added to the edge's
+// --- reference, fp64: r integrated over each pixel by Simpson's rule, out to 14 τ
 
 double kernelValue(double x, double tau) {
     double a = std::abs(x) / tau;
@@ -147,11 +147,7 @@ std::vector<std::vector<double>> blurMatrix(double radius, int length) {
         for (int d = 1; d <= far; d++)
             sum += 2 * (weight[d] = integral(d - .5, d, tau) + integral(d, d + .5, tau));
     }
-    std::vector<std::vector<double>> matrix(length, std::vector<double>(length, 0));
-    for (int to = 0; to < length; to++)
-        for (int d = -far; d <= far; d++)
-            matrix[to][std::clamp(to + d, 0, length - 1)] += weight[std::abs(d)] / sum;
-    return matrix;
+    return blur::blurMatrix(weight, sum, length);
 }
 
 double statedError(const BesselBlur& p, double radius) {
@@ -171,34 +167,11 @@ double statedError(const BesselBlur& p, double radius) {
 
 void reference(const BesselBlur& p, const ReferenceContext& c, std::span<const cv::Point> pixels,
                std::span<ReferencePixel> truth) {
-    const int width = c.input.cols, height = c.input.rows;
-    double radius = double(p.radius) * width / c.frameSize.width;
-    auto across = blurMatrix(radius, width), down = blurMatrix(radius, height);
-    auto bounded = [](float x) {
-        return std::isnan(x) ? 0. : std::isinf(x) ? std::copysign(65504., double(x)) : double(x);
-    };
-    double largest = 1;
-    std::vector<cv::Vec4d> image(size_t(width) * height), rows(image.size());
-    for (int j = 0; j < height; j++)
-        for (int i = 0; i < width; i++)
-            for (int n = 0; n < 4; n++) {
-                double x = image[size_t(j) * width + i][n] = bounded(c.input.at<cv::Vec4f>(j, i)[n]);
-                largest = std::max(largest, std::abs(x));
-            }
-    std::vector<bool> isAsked(width);  // columns
-    for (const cv::Point& pixel : pixels) isAsked[pixel.x] = true;
-    for (int i = 0; i < width; i++)
-        for (int j = 0; isAsked[i] && j < height; j++)
-            for (int k = 0; k < width; k++)
-                if (across[i][k] != 0)
-                    rows[size_t(j) * width + i] += across[i][k] * image[size_t(j) * width + k];
-    for (size_t k = 0; k < pixels.size(); k++) {
-        cv::Vec4d sum;
-        for (int j = 0; j < height; j++) sum += down[pixels[k].y][j] * rows[size_t(j) * width + pixels[k].x];
-        truth[k].color = sum;
-        truth[k].scale = largest;
-        truth[k].methodError = statedError(p, radius) * largest;
-    }
+    const double radius = double(p.radius) * c.input.cols / c.frameSize.width,
+                 anywhere = statedError(p, radius);
+    blur::separableReference(
+        c, pixels, truth, [&](int length) { return blurMatrix(radius, length); },
+        [&](const cv::Point&) { return anywhere; });
 }
 
 // --- plan

@@ -17,6 +17,7 @@
 
 #include "common/blur_gaussian.hpp"
 #include "common/blur_plan.hpp"
+#include "common/blur_reference.hpp"
 #include "common/box.hpp"
 #include "common/decimated.hpp"
 #include "common/dual_filter.hpp"
@@ -133,8 +134,7 @@ void run(const GaussianBlur& p, const CpuContext& c) {
         blur::separableFir(c.input, out, c.derived("taps"), c.outputIsStreamed);
 }
 
-// --- reference, fp64: every weight out to 8.5 standard deviations, what lies beyond an edge added to the
-// edge's
+// --- reference, fp64: every weight out to 8.5 standard deviations
 
 std::vector<std::vector<double>> blurMatrix(double sigma, int length) {
     int far = int(std::ceil(8.5 * sigma));
@@ -144,11 +144,7 @@ std::vector<std::vector<double>> blurMatrix(double sigma, int length) {
         if (sigma > 0) weight[std::abs(d)] = std::exp(-double(d) * d / (2 * sigma * sigma));
         sum += weight[std::abs(d)];
     }
-    std::vector<std::vector<double>> matrix(length, std::vector<double>(length, 0));
-    for (int to = 0; to < length; to++)
-        for (int d = -far; d <= far; d++)
-            matrix[to][std::clamp(to + d, 0, length - 1)] += weight[std::abs(d)] / sum;
-    return matrix;
+    return blur::blurMatrix(weight, sum, length);
 }
 
 // Of three boxes along one axis, so many px from the nearest edge. Within their reach each box replicates the
@@ -182,39 +178,15 @@ double statedError(const GaussianBlur& p, double sigma) {
 void reference(const GaussianBlur& p, const ReferenceContext& c, std::span<const cv::Point> pixels,
                std::span<ReferencePixel> truth) {
     const int width = c.input.cols, height = c.input.rows;
-    double sigma = double(p.radius) * width / c.frameSize.width;
-    auto across = blurMatrix(sigma, width), down = blurMatrix(sigma, height);
-    auto bounded = [](float x) {
-        return std::isnan(x) ? 0. : std::isinf(x) ? std::copysign(65504., double(x)) : double(x);
-    };
-    double largest = 1;
-    std::vector<cv::Vec4d> image(size_t(width) * height), rows(image.size());
-    for (int j = 0; j < height; j++)
-        for (int i = 0; i < width; i++)
-            for (int n = 0; n < 4; n++) {
-                double x = image[size_t(j) * width + i][n] = bounded(c.input.at<cv::Vec4f>(j, i)[n]);
-                largest = std::max(largest, std::abs(x));
-            }
-    std::vector<bool> isAsked(width);  // columns
-    for (const cv::Point& pixel : pixels) isAsked[pixel.x] = true;
-    for (int i = 0; i < width; i++)
-        for (int j = 0; isAsked[i] && j < height; j++)
-            for (int k = 0; k < width; k++)
-                if (across[i][k] != 0)
-                    rows[size_t(j) * width + i] += across[i][k] * image[size_t(j) * width + k];
-    for (size_t k = 0; k < pixels.size(); k++) {
-        cv::Vec4d sum;
-        for (int j = 0; j < height; j++) sum += down[pixels[k].y][j] * rows[size_t(j) * width + pixels[k].x];
-        truth[k].color = sum;
-        truth[k].scale = largest;
-        double error = statedError(p, sigma);
-        if (p.method == box) {  // both kernels are above 0: a pair's error is at most the sum of the axes'
-            const cv::Point at = pixels[k];
-            error = boxError(std::min(at.x, width - 1 - at.x), sigma) +
-                    boxError(std::min(at.y, height - 1 - at.y), sigma);
-        }
-        truth[k].methodError = error * largest;
-    }
+    const double sigma = double(p.radius) * width / c.frameSize.width, anywhere = statedError(p, sigma);
+    blur::separableReference(
+        c, pixels, truth, [&](int length) { return blurMatrix(sigma, length); },
+        [&](const cv::Point& at) {
+            if (p.method != box) return anywhere;
+            // Both kernels are above 0: a pair's error is at most the sum of the axes'.
+            return boxError(std::min(at.x, width - 1 - at.x), sigma) +
+                   boxError(std::min(at.y, height - 1 - at.y), sigma);
+        });
 }
 
 // --- plan
