@@ -37,6 +37,19 @@ struct Row {
     }
 };
 
+// 8 m of noise over a surface on which a pixel is .99 m wide: cells of 8, 4 and 2 m span two pixels.
+TEST(NoiseFogPlan, OctavesSpanTwoPixelsOnTheNearestSurface) {
+    NoiseFog p;
+    p.size = 8;
+    FrameStatistics frame;
+    frame.radiansPerPixel = .001;
+    for (const auto& [distance, octaves] :
+         {std::pair{990., 3}, {1010., 2}, {2010., 1}, {1e6, 1}, {240., 5}, {.1, 5}}) {
+        frame.minDistance = distance;
+        EXPECT_EQ(octavesSeen(p, frame), octaves) << distance;
+    }
+}
+
 // Texels computed where a plan looks are those of the volume, smoothed or not; and the largest error of
 // interpolation is foretold by what rows of places show.
 TEST(NoiseFogPlan, TriesTheVolumeWithoutBakingItAndForetellsItsError) {

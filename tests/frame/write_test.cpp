@@ -1,5 +1,8 @@
 #include "frame/write.hpp"
 
+#include <ImfDoubleAttribute.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
 #include <OpenImageIO/imageio.h>
 #include <sys/resource.h>
 
@@ -170,6 +173,26 @@ TEST_F(Writing, AFullDiskLeavesTheOldFileAlone) {
     }
     std::signal(SIGXFSZ, signalBefore);
     EXPECT_EQ(fileCount(), 5) << "no temporary files";
+}
+
+// As FRAMES.md names them, for programs that are not brume.
+TEST_F(Writing, AnExrStatesItsCameraUnderItsNames) {
+    FramePair frame;
+    frame.color = cv::Mat(4, 6, CV_32FC4, cv::Scalar(.5, .5, .5, 1));
+    frame.depth = cv::Mat(4, 6, CV_32F, cv::Scalar(3));
+    frame.camera = {.fx = 7, .fy = 8, .cx = 2.5, .cy = 1.25};
+    frame.time = 1.5;
+    writeFrame(file("stated.exr"), frame);
+    const Imf::InputFile in(file("stated.exr").c_str());
+    for (const auto& [name, value] : {std::pair{"brumeFx", 7.},
+                                      {"brumeFy", 8.},
+                                      {"brumeCx", 2.5},
+                                      {"brumeCy", 1.25},
+                                      {"brumeTime", 1.5}}) {
+        const auto* stated = in.header().findTypedAttribute<Imf::DoubleAttribute>(name);
+        ASSERT_NE(stated, nullptr) << name;
+        EXPECT_EQ(stated->value(), value) << name;
+    }
 }
 
 }  // namespace

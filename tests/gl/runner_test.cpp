@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "effect/kit/view.hpp"
 #include "gl/program.hpp"
 #include "gl_fixture.hpp"
 
@@ -335,6 +336,18 @@ TEST_P(GlRunnerTest, ImagesOfAnotherSizeAreResampledAsOnTheCpu) {
     EXPECT_EQ(thumbnail.size(), cv::Size(10, 18));
     const cv::Mat expected = resampleLinear(thumbnail, frame.size());
     EXPECT_LE(largestDifference(result.images.at("color"), expected), 4e-6);  // the division's 2.5 ulp, of 10
+
+    // Its camera is of its own size.
+    Step rays = stepOf(linearEffect(
+        std::string(inputOnly) + R"(, "PASSES": [{"WIDTH": "$WIDTH / 3", "HEIGHT": "$HEIGHT - 5"}])",
+        "void main() { store(vec4(rayOf(pixel()), 1.0)); }"));
+    const cv::Mat seen = runner()->run(chainOf({rays}), frame, {}).images.at("color");
+    ASSERT_EQ(seen.size(), cv::Size(10, 18));
+    const View view = View::of(frame.camera, 10, 18, 31, 23);
+    for (int j = 0; j < 18; j++)
+        for (int i = 0; i < 10; i++)
+            EXPECT_EQ(seen.at<cv::Vec4f>(j, i), cv::Vec4f(view.rayX(i), view.rayY(j), -1, 1))
+                << i << ", " << j;
 
     FramePair deep = probeFrame(31, 23);
     for (int j = 0; j < 23; j++)

@@ -40,6 +40,19 @@ TEST_F(Apply, fogThatHardlyShowsIsSaid) {
     EXPECT_THAT(ran.err, testing::Not(HasSubstr("extinction-.05")));
 }
 
+// A wall before the lens in all but an eighth of the picture: nine pixels in ten are not eight.
+TEST_F(Apply, fogThatShowsInAnEighthOfThePictureShows) {
+    FramePair frame = test::sampleFrame();
+    frame.color.setTo(cv::Scalar(.1, .1, .1, 1));
+    frame.depth.setTo(.001);
+    frame.depth.colRange(0, 6).setTo(1000);
+    writeFrame(path("hall.exr"), frame);
+    EXPECT_EQ(brume("apply depth_fog hall.exr -o fog.png").err, "");
+    frame.depth.colRange(0, 3).setTo(.001);
+    writeFrame(path("wall.exr"), frame);
+    EXPECT_THAT(brume("apply depth_fog wall.exr -o fog.png").err, HasSubstr("nine pixels in ten"));
+}
+
 TEST_F(Apply, whatIsNoFogIsNotAskedForMoreFog) {
     addFrame("street.exr");
     const auto ran = brume("apply gaussian_blur street.exr -o soft.png --set gaussian_blur.radius=0");

@@ -49,6 +49,8 @@ TEST_F(SessionTest, ADragIsOneStepBackAndTheNextDragAnother) {
     EXPECT_EQ(session.history().redoes(), "visibility of depth_fog");
     set("visibility", 60);  // what was undone is gone
     EXPECT_FALSE(session.history().canRedo());
+    session.undo();
+    EXPECT_EQ(get("visibility"), 30);
 }
 
 TEST_F(SessionTest, SavingKeepsEveryNumberAndKnowsItIsSaved) {
