@@ -270,6 +270,7 @@ TEST_F(HostileInput, outputsStayInTheirFolder) {
 }
 
 TEST_F(HostileInput, tooManyOpenFilesAreSaidToBeThat) {
+    if (isSanitized) GTEST_SKIP() << "the sanitizer opens a file itself before it believes an object's type";
     addFrame("a.exr", {640, 480});  // pixels come back in shared memory, a file, too
     const std::string closeThoseOfTheCaller = "exec 3>&- 4>&- 5>&- 6>&- 7>&- 8>&- 9>&-; ";
     int refused = 0;
