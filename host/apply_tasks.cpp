@@ -62,8 +62,7 @@ std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::v
     return tasks;
 }
 
-// What reading a frame finds beside it.
-static std::vector<std::string> filesBeside(const std::string& color) {
+std::vector<std::string> filesBeside(const std::string& color) {
     std::vector<std::string> files = depthFilesBeside(color);
     files.push_back(fs::path(color).replace_extension(".json").string());
     try {

@@ -27,4 +27,7 @@ std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::v
 void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFiles>& inputs,
                      const std::vector<Kept>& keep, const std::string& report);
 
+/// What reading a frame finds beside it.
+std::vector<std::string> filesBeside(const std::string& color);
+
 }  // namespace brume::host

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "apply_tasks.hpp"
 #include "commands.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
+#include "frame/sequence.hpp"
 #include "modules/module.hpp"
 #include "nearest_name.hpp"
 #include "options.hpp"
+#include "output_names.hpp"
 #include "preview/options.hpp"
 
 namespace brume::host {
@@ -40,6 +43,19 @@ cv::Size parseWindowSize(const std::string& words) {
         width > 16384 || height > 16384)
         failUsage("--size: '", words, "' should be WIDTHxHEIGHT, such as 1440x900, at least 640x400");
     return {width, height};
+}
+
+// The frames, what lies beside them and the preset are not written over.
+void requireDistinct(const preview::PreviewOptions& o) {
+    std::vector<std::string> read = {o.preset};
+    for (const FrameFiles& frame : expandFrames(o.words.frames, o.words.depth)) {
+        const std::vector<std::string> beside = filesBeside(frame.color);
+        read.insert(read.end(), {frame.color, frame.depth});
+        read.insert(read.end(), beside.begin(), beside.end());
+    }
+    std::erase(read, "");
+    for (const std::string& output : {o.screenshot, o.state, o.trace})
+        if (!output.empty()) requireNotRead(output, read);
 }
 
 }  // namespace
@@ -95,6 +111,7 @@ void addPreview(CLI::App& program) {
             o.words.frames.pop_back();
         }
         if (!o.screenshot.empty() && o.words.frames.empty()) failUsage("--screenshot: name a frame to show");
+        if (!o.screenshot.empty() || !o.state.empty() || !o.trace.empty()) requireDistinct(o);
         moduleFunction<preview::RunPreviewFunction>("preview", "brumeRunPreview")(o);
     });
 }

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "frame/write.hpp"
 #include "preview/desktop.hpp"
 
 namespace brume::test {
@@ -125,6 +126,17 @@ TEST_F(PreviewWindow, AScreenshotThatCannotBeMadeEndsWithASentence) {
     EXPECT_THAT(refusal("frame.exr depth_fgo --screenshot shot.png", 2),
                 HasSubstr("did you mean 'depth_fog'?"));
     EXPECT_FALSE(std::filesystem::exists(path("shot.png")));
+    // Nor does it take the place of what is shown.
+    writeImage(path("a.png"), test::sampleFrame().color);
+    addFrame("a.depth.exr");
+    addText("fog.json", R"({"effects": [{"effect": "depth_fog"}]})");
+    const auto before = files();
+    for (const char* words : {"a.png fog.json --screenshot ./a.png", "a.png fog.json --state a.png",
+                              "a.png fog.json --trace a.depth.exr", "a.png fog.json --state fog.json",
+                              "frame.exr depth_fog --depth a.depth.exr --trace a.depth.exr"}) {
+        EXPECT_THAT(refusal(words, 2), HasSubstr("is an input; it would be overwritten"));
+        EXPECT_EQ(files(), before);
+    }
     // One that can be made takes the place of a link of its name, not of what that leads to.
     addText("precious", "keep me");
     std::filesystem::create_symlink("precious", path("shot.png"));
