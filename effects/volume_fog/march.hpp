@@ -17,15 +17,17 @@ BRUME_VECTORISE inline void placeStep(March& m, int i, float u) {
                 brume::latticeHash(uint32_t(tile.column + x), uint32_t(tile.row), uint32_t(i), key);
             tile.u[x] = float(int32_t(hash >> 8)) * 5.9604645e-8f;
         }
-    } else {
+    } else if (i == 0 || tile.u[0] != u) {
         for (int x = 0; x < tileWidth; x++) tile.u[x] = u;
     }
     for (int x = 0; x < tileWidth; x++) {
         tile.t0[x] = tile.begin[x] + tile.stride[x] * float(i);
         tile.t1[x] = tile.begin[x] + tile.stride[x] * float(i + 1);
         tile.at[x] = tile.t0[x] + tile.u[x] * (tile.t1[x] - tile.t0[x]);
-        tile.stepDepth[x] = tile.albedoRed[x] = tile.albedoGreen[x] = tile.albedoBlue[x] = 0;
+        tile.stepDepth[x] = 0;
     }
+    if (!m.severalAlbedos) return;
+    for (int x = 0; x < tileWidth; x++) tile.albedoRed[x] = tile.albedoGreen[x] = tile.albedoBlue[x] = 0;
 }
 
 // 7. A volume's density and its optical depth within the step: by its overlap with the step, so that a
@@ -121,7 +123,7 @@ BRUME_VECTORISE inline bool placeInShadowMap(March& m) {
 
 // Loads one by one, two to a store: what compilers make of indices in vectors takes longer.
 inline void shadeStep(March& m) {
-    if (!placeInShadowMap(m)) return;
+    if (!m.hasShadow || !placeInShadowMap(m)) return;
     Tile& tile = m.tile;
     const float* map = m.shadowMap.ptr<float>();
     for (int x = 0; x < tileWidth; x += 2) {
@@ -249,16 +251,36 @@ BRUME_VECTORISE inline void tintStep(Tile& tile) {
 }
 
 // 10. What the step scatters towards the eye: S·T·(1 - e^-Δτ), exact for constant S.
-BRUME_VECTORISE inline void addStep(Tile& tile) {
+template <bool areThin>
+BRUME_INLINE void addStepLoop(Tile& tile) {
     for (int x = 0; x < tileWidth; x++) {
         const float depth = least(tile.stepDepth[x], tile.stop[x] - tile.depth[x]);
-        const float weight = tile.through[x] * brume::extinctionOf(depth).opacity;
+        const float opacity = areThin ? 0.0f - brume::expm1Small(-depth) : brume::extinctionOf(depth).opacity;
+        const float weight = tile.through[x] * opacity;
         tile.red[x] += weight * tile.lightRed[x];
         tile.green[x] += weight * tile.lightGreen[x];
         tile.blue[x] += weight * tile.lightBlue[x];
         tile.through[x] -= weight;
         tile.depth[x] += depth;
     }
+}
+
+// Thin steps need no reduction of the exponent. They are at most as dense as volumes and noise together can
+// be, and as long as their ends' roundings make them.
+inline bool areStepsThin(const March& m) {
+    constexpr float thin = 0.34f;
+    const float end = m.tile.beginLast + m.tile.strideLast * float(m.p.steps);
+    const float added = m.p.noise == Additive ? m.p.noise_strength : 0.0f;
+    float density = 0;
+    for (int k = 0; k < m.volumeCount; k++) density += m.volumes[k].rows[3];
+    return (m.tile.strideLast + 2.4e-7f * end) * (1.0f + added) * density < 0.99f * thin;
+}
+
+BRUME_VECTORISE inline void addStep(Tile& tile, bool areThin) {
+    if (areThin)
+        addStepLoop<true>(tile);
+    else
+        addStepLoop<false>(tile);
 }
 
 BRUME_VECTORISE inline bool isSaturated(const Tile& tile) {

@@ -72,6 +72,26 @@ BRUME_VECTORISE inline void lookUpInCell(const NoiseTile& n, const brume::Simple
     for (int x = 0; x < count; x++) noise[x] = 0.5f + 0.5f * brume::simplexInCell(px[x], py[x], pz[x], cell);
 }
 
+// ... or in either of two ...
+BRUME_INLINE brume::SimplexGradients either(bool isA, const brume::SimplexGradients& a,
+                                            const brume::SimplexGradients& b) {
+    return {isA ? a.x : b.x, isA ? a.y : b.y, isA ? a.z : b.z};
+}
+BRUME_INLINE brume::SimplexCell either(bool isA, const brume::SimplexCell& a, const brume::SimplexCell& b) {
+    return {either(isA, a.corners, b.corners), either(isA, a.next, b.next), isA ? a.x : b.x, isA ? a.y : b.y,
+            isA ? a.z : b.z};
+}
+BRUME_VECTORISE inline void lookUpInTwo(const NoiseTile& n, uint32_t first, const brume::SimplexCell& inFirst,
+                                        const brume::SimplexCell& inOther, int from, float* noise) {
+    const brume::SimplexCell a = inFirst, b = inOther;
+    const float *px = n.x + from, *py = n.y + from, *pz = n.z + from;
+    const uint32_t* cell = n.cell + from;
+    noise += from;
+    BRUME_APART
+    for (int x = 0; x < noiseGroup; x++)
+        noise[x] = 0.5f + 0.5f * brume::simplexInCell(px[x], py[x], pz[x], either(cell[x] == first, a, b));
+}
+
 // ... or each in its own.
 BRUME_VECTORISE inline void lookUpInCells(const March& m, const NoiseTile& n, int from, int groups,
                                           float* noise) {
@@ -106,17 +126,21 @@ inline void lookUpNoise(March& m, const float* at, float* noise) {
         return;
     }
     placeInCells(m, at, n);
-    auto isTogether = [&](int group, uint32_t cell) {
-        uint32_t apart = 0;
-        for (int x = 0; x < noiseGroup; x++) apart |= n.cell[group * noiseGroup + x] ^ cell;
-        return !apart;
-    };
-    for (int group = 0; group < groups; group++) {
-        const uint32_t cell = n.cell[group * noiseGroup];
-        if (isTogether(group, cell))
-            lookUpInCell(n, cellAt(m, cell), group * noiseGroup, 1, noise);
-        else
-            lookUpInCells(m, n, group * noiseGroup, 1, noise);
+    for (int from = 0; from < tileWidth; from += noiseGroup) {
+        const uint32_t first = n.cell[from], last = n.cell[from + noiseGroup - 1];
+        uint32_t apart = 0, beyond = 0;
+        for (int x = from; x < from + noiseGroup; x++) {
+            apart |= n.cell[x] ^ first;
+            beyond |= uint32_t(n.cell[x] != first) & uint32_t(n.cell[x] != last);
+        }
+        if (!apart) {
+            lookUpInCell(n, cellAt(m, first), from, 1, noise);
+        } else if (!beyond) {
+            const brume::SimplexCell inFirst = cellAt(m, first);  // the other may take its place
+            lookUpInTwo(n, first, inFirst, cellAt(m, last), from, noise);
+        } else {
+            lookUpInCells(m, n, from, 1, noise);
+        }
     }
 }
 
@@ -133,15 +157,14 @@ inline void lookUpKnot(March& m, int j, float* knot) {
 }
 
 // 6.2 The cubic through four knots, as a factor of density.
-BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, const float* b, const float* c,
+BRUME_VECTORISE inline void interpolateNoise(March& m, const float* a, const float* b, const float* c,
                                              const float* d) {
     Tile& tile = m.tile;
-    const int first = i / m.p.noise_every * m.p.noise_every;
     const float inverseEvery = 1.0f / float(m.p.noise_every);
     const float strength = noiseStrength(m);
     const float lowest = 1.0f + least(strength, 0.0f), highest = 1.0f + most(strength, 0.0f);
     if (m.p.method != Jittered) {  // every pixel is as far between the knots
-        const float f = (float(i - first) + tile.u[0]) * inverseEvery;
+        const float f = (float(tile.pastKnot) + tile.u[0]) * inverseEvery;
         const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
         const float wa = f * g * h * -0.166666667f, wb = e * g * h * 0.5f, wc = e * f * h * -0.5f,
                     wd = e * f * g * 0.166666667f;
@@ -153,7 +176,7 @@ BRUME_VECTORISE inline void interpolateNoise(March& m, int i, const float* a, co
         return;
     }
     for (int x = 0; x < tileWidth; x++) {
-        const float f = (float(i - first) + tile.u[x]) * inverseEvery;
+        const float f = (float(tile.pastKnot) + tile.u[x]) * inverseEvery;
         const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
         const float n =
             (e * (g * h * b[x] - f * h * c[x])) * 0.5f + (f * g * (e * d[x] - h * a[x])) * 0.166666667f;
@@ -169,13 +192,16 @@ BRUME_VECTORISE inline void placeNoise(March& m, int i) {
         if (i % 2) return;
         lookUpNoise(m, tile.t1, tile.noise);
     } else if (every > 1 && m.p.method != GaussLegendre && m.p.method != P2) {
-        const int j = i / every;
-        if (i == 0)
+        // counted: a division at every step would take as long as the arithmetic of a tile
+        if (i == 0) {
             for (int k = -1; k <= 2; k++) lookUpKnot(m, k, tile.knots[k + 1]);
-        else if (i % every == 0)
-            lookUpKnot(m, j + 2, tile.knots[(j + 3) % 4]);
-        interpolateNoise(m, i, tile.knots[j % 4], tile.knots[(j + 1) % 4], tile.knots[(j + 2) % 4],
-                         tile.knots[(j + 3) % 4]);
+            tile.knot = tile.pastKnot = 0;
+        } else if (++tile.pastKnot == every) {
+            tile.knot++, tile.pastKnot = 0;
+            lookUpKnot(m, tile.knot + 2, tile.knots[(tile.knot + 3) & 3]);
+        }
+        auto knot = [&](int k) { return tile.knots[(tile.knot + k) & 3]; };
+        interpolateNoise(m, knot(0), knot(1), knot(2), knot(3));
         return;
     } else {
         lookUpNoise(m, tile.at, tile.noise);

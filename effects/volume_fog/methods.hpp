@@ -8,15 +8,16 @@ namespace volume_fog {
 // One sample a step: left, midpoint, jittered, equiangular, shared noise.
 inline void marchSteps(March& m) {
     const float u = m.p.method == Left ? 0.0f : 0.5f;
+    const bool areThin = areStepsThin(m), isLightEven = !m.hasShadow && !m.lampCount && !m.severalAlbedos;
     for (int i = 0; i < m.p.steps; i++) {
         placeStep(m, i, u);
         shadeStep(m);
         if (m.p.noise != NoNoise) placeNoise(m, i);
         addVolumes(m, i);
-        lightStep(m);
+        if (i == 0 || !isLightEven) lightStep(m);
         addLamps(m, i);
         if (m.severalAlbedos) tintStep(m.tile);
-        addStep(m.tile);
+        addStep(m.tile, areThin);
         if (i % 8 == 7 && isSaturated(m.tile)) break;
     }
 }

@@ -60,6 +60,7 @@ struct Tile {
     Lanes lightRed, lightGreen, lightBlue;
     Lanes sunDepth, nearest;  // depth in the shadow map, -inf off it, and what is nearest to the sun there
     alignas(64) int32_t mapIndex[tileWidth];
+    int knot = 0, pastKnot = 0;  // of the noise: the last before the step, and how many steps ago it was
     int column = 0, row = 0;
     float beginLast = 0, strideLast = 0;
 };
@@ -97,6 +98,7 @@ inline March::March(const Params& params, const brume::CpuContext& context)
     const auto cell = c.derived("noise_cell"), fraction = c.derived("noise_fraction");
     lattice = {int32_t(cell[0]), int32_t(cell[1]), int32_t(cell[2]), noisePeriod - 1, uint32_t(p.noise_seed)};
     std::fill_n(tile.nearest, tileWidth, 0.0f);
+    std::fill_n(tile.sunDepth, tileWidth, -HUGE_VALF);
     noiseInverseSize = 1.0f / p.noise_size;
     const auto sun = c.derived("towards_sun");
     for (int k = 0; k < 3; k++) {
