@@ -104,8 +104,9 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
         brightest = std::max(brightest, double(std::max(p.color[n], p.colorHigh[n])) + p.sunColor[n]);
     }
     plan.output = in.input.mixedWith(darkest, brightest);
+    const bool isMarch = p.where == alongTheRay;
     plan.chosen["method"] = procedural;
-    plan.chosen["steps"] = p.steps;
+    if (isMarch || in.chooses("steps")) plan.chosen["steps"] = p.steps;  // others have none
     if (isUnseen(p, in, darkest, brightest, plan)) return plan;
     plan.predictedError = 0;
     if (p.where == asAProduct) {
@@ -113,7 +114,6 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
         plan.why = "one closed form, nothing cheaper";
         return plan;
     }
-    const bool isMarch = p.where == alongTheRay;
     std::vector<int> methods = {procedural, baked};
     if (!in.chooses("method")) methods = {p.method};
     std::vector<TrialOption> options;
@@ -135,7 +135,7 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
     auto errorOf = [&](const TrialOption& option, double enough) { return trials.error(option, enough); };
     const TrialChoice best = cheapest(options, in.tolerance, isMarch && in.chooses("steps"), errorOf);
     plan.chosen["method"] = best.option.method;
-    plan.chosen["steps"] = best.option.steps;
+    if (plan.chosen.count("steps")) plan.chosen["steps"] = best.option.steps;
     plan.predictedCost = best.option.cost;
     const double edge = trials.at(0).atEdge(best.option.method, best.option.steps);
     plan.predictedError = std::max(best.error, edge);

@@ -204,6 +204,13 @@ TEST_F(Apply, explainSaysWhatWasUnderstood) {
     EXPECT_THAT(ran.out, HasSubstr("depth_fog: as written; "));
 }
 
+TEST_F(Apply, explainLeavesOutStepsOfNoiseThatIsNotMarched) {
+    addFrame("street.exr");
+    const auto ran = brume("apply layered_village street.exr -o fog.png --explain");
+    EXPECT_THAT(ran.out, HasSubstr("method = procedural"));
+    EXPECT_THAT(ran.out, testing::Not(HasSubstr("steps")));
+}
+
 TEST_F(Apply, explainNamesChoicesAndGivesNumbersAsTheyAre) {
     addFrame("street.exr");
     const auto ran = brume(
