@@ -24,6 +24,7 @@ struct Ladder {
     std::span<const float> nodeWeights;
     float largest = 0;
     bool keepEdges = true;
+    Spacing spacing = spacingOf(1);
 };
 
 /// Pixels of a cell, the part of the picture that is decided on together: decimateAll takes its rows together
@@ -36,18 +37,21 @@ struct Places {
     int first[cellWidth], entry[cellWidth];
     float share[cellWidth + spreadMargin];
 };
-BRUME_VECTORISE static void placesOf(Places& places, float largest, int levelCount, const float* sigmas,
-                                     int count) {
+BRUME_VECTORISE static void placesOf(Places& places, const Spacing& s, float largest, int levelCount,
+                                     const float* sigmas, int count) {
     const int lastInterval = levelCount - 1, lastFirst = std::max(0, levelCount - 3);
-    const float octaves = float(1 << (levelCount - 2)), scale = float(lastRatio) * octaves,
-                inverse = 1.0f / octaves, perLast = float(1 / (lastRatio - 1));
+    const int rungBits = std::countr_zero(unsigned(s.rungs)), noBits = 127 << rungBits;
+    const float octaves = float(1 << (lastInterval / s.rungs - 1)), scale = float(s.top) * octaves,
+                inverse = 1.0f / octaves, from = float(lastFrom(s)),
+                perLast = float(1 / (s.top - lastFrom(s)));
     for (int i = 0; i < count; i++) {
         const float strength = sigmas[i] > 0.0f ? sigmas[i] / largest : 0.0f, x = strength * strength * scale;
-        const int bits = std::bit_cast<int>(x), octave = (bits >> 23) - 126;
-        const float within = std::bit_cast<float>((bits & 0x007fffff) | 0x3f800000) - 1.0f,
-                    last = std::min((x * inverse - 1.0f) * perLast, 1.0f);
-        const int interval = x >= 1.0f ? std::min(octave, lastInterval) : 0;
-        const float place = x >= 1.0f ? (octave >= lastInterval ? last : within) : x, sampled = place * 16.0f;
+        const int bits = std::bit_cast<int>(x),
+                  after = (bits >> (23 - rungBits)) - noBits + 1;  // the interval
+        const float within = std::bit_cast<float>(((bits << rungBits) & 0x007fffff) | 0x3f800000) - 1.0f,
+                    last = std::min((x * inverse - from) * perLast, 1.0f);
+        const int interval = x >= 1.0f ? std::min(after, lastInterval) : 0;
+        const float place = x >= 1.0f ? (after >= lastInterval ? last : within) : x, sampled = place * 16.0f;
         const int below = int(sampled);
         places.first[i] = std::min(std::max(interval - 1, 0), lastFirst);
         places.entry[i] = samplesPerInterval * interval + below;
@@ -81,11 +85,11 @@ struct Nodes {
     int low = 1, high = 0;
     bool has(int node) const { return low <= node && node <= high; }
 };
-inline Nodes nodesOf(const Extremes& extremes, float largest, int levelCount) {
+inline Nodes nodesOf(const Extremes& extremes, const Spacing& s, float largest, int levelCount) {
     if (extremes.most == 0) return {};
     const float sigmas[2] = {extremes.leastBlurred, extremes.most};
     Places places;
-    placesOf(places, largest, levelCount, sigmas, 2);
+    placesOf(places, s, largest, levelCount, sigmas, 2);
     // At a level itself no other has a weight, and pixels below it lie in the interval before.
     int interval = places.entry[1] / samplesPerInterval, sample = places.entry[1] % samplesPerInterval;
     if (places.share[1] == 0.0f && sample == 0 && interval > 0) interval--, sample = samplesPerInterval - 1;
@@ -123,7 +127,7 @@ Cells findCells(Source& source, const Ladder& ladder, SigmaOf sigmaOf) {
                         extend(cells.extremes[cells.at(column, row)], sigma, count);
                     }
                 for (size_t n = cells.at(0, row); n < cells.at(0, row + 1); n++)
-                    cells.nodes[n] = nodesOf(cells.extremes[n], ladder.largest, levelCount);
+                    cells.nodes[n] = nodesOf(cells.extremes[n], ladder.spacing, ladder.largest, levelCount);
             }
         },
         4 * cv::getNumThreads());

@@ -1,6 +1,8 @@
 // The ladder of blurred images that fog_blur interpolates, and how: computed once in fp64.
 #pragma once
 
+#include <bit>
+
 #include "common/blur_gaussian.hpp"
 
 namespace fog_blur {
@@ -11,23 +13,42 @@ struct Level {
     int factor = 1, reach = 0, width = 0, height = 0;
 };
 
-constexpr double levelTolerance = 3e-3;  ///< of one level's kernel; interpolating errs by .016
+/// How close the levels lie, and how exact each of them is. Variances of an octave are evenly apart, so that
+/// the bits of a pixel's own variance say which it lies between.
+struct Spacing {
+    int rungs;          ///< levels in a doubling of the variance
+    double top;         ///< the largest variance, of where its octave begins
+    double smallSigma;  ///< px of a small image, at least
+    double tolerance;   ///< of one level's kernel
+};
+/// Of one rung, the last level, which has none beyond, is less far: the four levels nearest a variance below
+/// it then err no more than the four round another (.014 and .016). Of more, the last steps of an octave are
+/// the smallest: errors are .0014 and .0012 of two, 1.3e-4 of four, 1.4e-5 of eight.
+inline Spacing spacingOf(int rungs) {
+    if (rungs == 1) return {1, 1.75, 1.45, 3e-3};
+    if (rungs == 2) return {2, 2, 1.8, 1e-3};
+    return {rungs, 2, 2.4, 2e-4};
+}
+constexpr int mostRungs = 8;
+/// Where in its octave the last interval begins.
+inline double lastFrom(const Spacing& s) { return s.rungs == 1 ? 1 : 2 - 1. / s.rungs; }
 
 /// Four boxes before and after: a cubic B-spline up. From 1.45 px per small pixel on they keep .0035 (.006
 /// where the factor is 2; measured, over all positions).
 constexpr int boxCount = 4;
-inline int factorOf(double sigma) {
-    return std::clamp(int(sigma / (sigma < 4.35 ? 1.41 : 1.45)), 1, blur::largestFactor);
+inline int factorOf(double sigma, const Spacing& s) {
+    const double small = s.rungs == 1 && sigma < 4.35 ? 1.41 : s.smallSigma;
+    return std::clamp(int(sigma / small), 1, blur::largestFactor);
 }
 inline blur::Decimation decimationOf(const Level& level) {
     return blur::boxDecimation(level.factor, boxCount);
 }
 inline int prefilterReach(int factor) { return boxCount / 2 * (factor - 1); }
 
-inline int reachOf(const Level& level) {
-    if (level.factor == 1) return blur::gaussianReach(level.sigma, levelTolerance);
+inline int reachOf(const Level& level, double tolerance) {
+    if (level.factor == 1) return blur::gaussianReach(level.sigma, tolerance);
     const double variance = std::pow(level.sigma / level.factor, 2);
-    return blur::gaussianReach(std::sqrt(decimationOf(level).smallVariance(variance)), .1 * levelTolerance);
+    return blur::gaussianReach(std::sqrt(decimationOf(level).smallVariance(variance)), .1 * tolerance);
 }
 inline blur::Half tapsOf(const Level& level) {
     if (level.factor == 1) return blur::gaussianTaps(level.sigma, level.reach);
@@ -37,20 +58,23 @@ inline blur::Half tapsOf(const Level& level) {
     });
 }
 
-/// Variances double from level to level, the first under .57 px; but to the last, the largest wanted, which
-/// has none beyond, it is only this much: the four levels nearest a variance below it then err no more than
-/// the four round another (.014 and .016). Level 0, the sharp image, is not in the list.
-constexpr double lastRatio = 1.75;
-inline std::vector<Level> ladderOf(double largest, int width, int height) {
+/// The first level is under .57 px, of twice the rungs under .7 of that. Level 0, the sharp image, is not in
+/// the list.
+inline std::vector<Level> ladderOf(double largest, int width, int height, const Spacing& s) {
     largest = std::max(largest, .05);
-    const double before = largest / std::sqrt(lastRatio);
-    const int steps = std::max(1, int(std::floor(2 * std::log2(before / .4))) + 1);
+    const double before = largest / std::sqrt(s.top);  // where the last octave begins
+    const int octaves = std::max(
+                  0, int(std::floor(2 * std::log2(before / .4))) + std::countr_zero(unsigned(s.rungs))),
+              steps = s.rungs * (octaves + 1);
     std::vector<Level> levels;
-    for (int l = 1; l <= steps + 1; l++) {
+    for (int l = 0; l <= steps; l++) {
         Level level;
-        level.sigma = l > steps ? largest : before * std::exp2(.5 * (l - steps));
-        level.factor = factorOf(level.sigma);
-        level.reach = reachOf(level);
+        level.sigma =
+            l == steps
+                ? largest
+                : before * std::sqrt(std::exp2(l / s.rungs - octaves) * (1 + double(l % s.rungs) / s.rungs));
+        level.factor = factorOf(level.sigma, s);
+        level.reach = reachOf(level, s.tolerance);
         level.width = blur::smallLength(width, level.factor);
         level.height = blur::smallLength(height, level.factor);
         levels.push_back(level);
@@ -104,14 +128,33 @@ inline std::vector<double> nodeWeights(const std::vector<double>& sigmas, double
 
 /// [interval][sample][4], sample s at (s/16) of the interval's variance; and one more row to look at beyond
 /// the last. At a level itself the weights are that level alone, exactly.
-inline std::vector<double> ladderWeights(const std::vector<Level>& levels) {
-    const int count = int(levels.size());
-    std::vector<double> table;
-    for (int interval = 0; interval < count; interval++) {
-        int first = firstNode(interval, count);
+inline std::vector<double> ladderWeights(const std::vector<Level>& levels, int rungs) {
+    const int count = int(levels.size()), row = 4 * samplesPerInterval;
+    auto sigmasOf = [&](int interval) {
         std::vector<double> sigmas;
+        const int first = firstNode(interval, count);
         for (int node = first; node <= std::min(first + 3, count); node++)
             sigmas.push_back(node == 0 ? 0 : levels[node - 1].sigma);
+        return sigmas;
+    };
+    // An octave further up the ratios, and so the weights, are the same, once pixels are small beside the
+    // blur.
+    auto isLike = [&](const std::vector<double>& a, const std::vector<double>& b) {
+        bool isLike = a.size() == b.size() && a[0] > 1;
+        for (size_t k = 0; k < a.size() && isLike; k++)
+            isLike = std::abs(b[k] / a[k] - std::numbers::sqrt2) < 1e-9;
+        return isLike;
+    };
+    std::vector<double> table;
+    for (int interval = 0; interval < count; interval++) {
+        const std::vector<double> sigmas = sigmasOf(interval);
+        if (interval > rungs && isLike(sigmasOf(interval - rungs), sigmas)) {
+            const size_t from = size_t(interval - rungs) * row;
+            table.resize(table.size() + row);
+            std::copy_n(table.begin() + ptrdiff_t(from), row, table.end() - row);
+            continue;
+        }
+        const int first = firstNode(interval, count);
         double low = interval == 0 ? 0 : levels[interval - 1].sigma, high = levels[interval].sigma;
         for (int s = 0; s < samplesPerInterval; s++) {
             const bool isLevel = s == 0 || s == samplesPerInterval - 1;

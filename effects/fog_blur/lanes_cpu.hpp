@@ -14,7 +14,7 @@ namespace fog_blur {
 /// Rows side by side; floats of one step along them.
 constexpr int laneRows = 4, laneFloats = 4 * laneRows;
 /// Outputs made at a time, and reaches there is code for.
-constexpr int atOnce = 8, longestReach = 12;
+constexpr int atOnce = 8, longestReach = 19;
 
 // a[k] = Σ taps[t]·vectors[k + t]; `half` holds the centre tap and one side's.
 template <int reach, class Load>

@@ -142,7 +142,7 @@ class Tile {
                 // The sharp row in place of nodes that no pixel needs.
                 for (const float*& node : nodes_) node = self;
                 for (int node = needed.low; node <= needed.high; node++) nodes_[node] = rowOf(node, k);
-                placesOf(places_, ladder_.largest, int(ladder_.levels.size()),
+                placesOf(places_, ladder_.spacing, ladder_.largest, int(ladder_.levels.size()),
                          source_.sigma.ptr<float>(y + k) + x0_, count_);
                 mix(row, places_, ladder_.nodeWeights.data(), nodes_.data(), count_, soon);
             }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <opencv2/core.hpp>
 
+#include "cpu/cpu_runner.hpp"
 #include "effect/chain.hpp"
 #include "effect/runner.hpp"
 #include "frame/color_encoding.hpp"
@@ -147,6 +149,36 @@ std::vector<double> gainsAfter(const std::vector<const Step*>& steps, const std:
     return after;
 }
 
+// A step as decided.
+Step resolved(const Step& step, const Plan& plan) {
+    Step result = step;
+    for (const auto& [name, value] : plan.chosen)
+        if (auto& parameter = result.values.at(name); parameter.automatic)
+            parameter = ParameterValue{{value}};
+    return result;
+}
+
+// The images that arrive at a step, made by the CPU halves of those before, as decided.
+std::function<cv::Mat(const std::string&)> arrivingAt(const std::vector<const Step*>& steps, size_t at,
+                                                      const std::vector<StepPlan>& made,
+                                                      const FramePair& frame) {
+    auto before = std::make_shared<Chain>();
+    for (size_t k = 0; k < at; k++)
+        if (!made[k].plan.skip) before->steps.push_back(resolved(*steps[k], made[k].plan));
+    if (before->needsGl()) return [](const std::string&) { return cv::Mat(); };
+    auto images = std::make_shared<std::map<std::string, cv::Mat>>();
+    return [=, step = steps[at], &frame](const std::string& parameter) {
+        if (images->empty()) {
+            std::vector<std::string> read = {step->input};
+            for (const auto& p : step->effect->header.parameters)
+                if (p.type == ParameterType::Image) read.push_back(step->imageOf(p.name));
+            *images = makeCpuRunner()->run(*before, frame, read).images;
+        }
+        const auto found = images->find(step->imageOf(parameter));
+        return found == images->end() ? cv::Mat() : found->second;
+    };
+}
+
 }  // namespace
 
 Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
@@ -200,6 +232,7 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
                 own.frame.probes = known.at(step.input, input.frame.probes);
                 if (!known.isCaptured.count(step.input))
                     own.frame.hardest = darkest(input.frame.hardest, own.input);
+                own.arriving = arrivingAt(steps, k, made, frame);
                 own.isLast = !isReadLater(steps, k, step.output);
                 own.gain = after[k];
                 decision.plan = plugin->plan(plugin->makeParams(step.values), own);
@@ -224,12 +257,7 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
         }
     }
     for (size_t k = 0; k < steps.size(); k++) {
-        Step chosen = *steps[k];
-        for (auto& [name, value] : made[k].plan.chosen) {
-            auto& parameter = chosen.values.at(name);
-            if (parameter.automatic) parameter = ParameterValue{{value}};
-        }
-        if (!made[k].plan.skip) planned.steps.push_back(chosen);
+        if (!made[k].plan.skip) planned.steps.push_back(resolved(*steps[k], made[k].plan));
         if (decisions) decisions->push_back(made[k]);
     }
     return planned;

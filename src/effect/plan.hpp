@@ -1,7 +1,9 @@
 // The plan: model no more than this frame needs (MODELS.md §9). A plan never reads pixels back: it knows what
-// was measured once of the captured frame, and bounds that each effect passes on to the next.
+// was measured once of the captured frame, and bounds that each effect passes on to the next; what these
+// cannot tell it may have the CPU make.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <opencv2/core/mat.hpp>
 #include <set>
@@ -71,6 +73,9 @@ struct PlanInput {
     std::map<std::string, ImageBounds> images;  ///< of the other image parameters
     double maxInput = 0;                        ///< its largest |channel|
     bool transmittanceIsRead = false;
+    /// The pixels that an image parameter will have, made by the CPU halves of the steps before: costs what
+    /// those cost, once, when first called. Empty where they have none.
+    std::function<cv::Mat(const std::string& parameter)> arriving;
 
     bool chooses(const std::string& parameter) const { return automatic.count(parameter) > 0; }
 

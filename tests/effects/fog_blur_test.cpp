@@ -62,15 +62,19 @@ static double errorUnderEvenFog(double radius, double share, const std::string& 
     return error;
 }
 
-TEST(FogBlur, TheLadderIsWithinTwoHundredthsOfAGaussianAtEveryStrength) {
-    double worst = 0;
-    for (double radius : {.3, 1., 3., 4., 8., 13.})
-        for (double share = .03; share <= 1; share *= 1.13) {
-            double error = errorUnderEvenFog(radius, share, "ladder");
-            EXPECT_LE(error, .02) << radius << " " << share;
-            worst = std::max(worst, error);
-        }
-    RecordProperty("worst", std::to_string(worst));
+TEST(FogBlur, LaddersAreNearAGaussianAtEveryStrength) {
+    for (const auto& [rungs, most] :
+         {std::pair("1", .02), std::pair("2", .004), std::pair("4", .001), std::pair("8", .001)}) {
+        double worst = 0;
+        for (double radius : {.3, 1., 3., 4., 8., 13.})
+            for (double share = .03; share <= 1; share *= 1.13) {
+                double error =
+                    errorUnderEvenFog(radius, share, std::string("ladder\", \"rungs\": \"") + rungs);
+                EXPECT_LE(error, most) << rungs << " " << radius << " " << share;
+                worst = std::max(worst, error);
+            }
+        RecordProperty(std::string("rungs") + rungs, std::to_string(worst));
+    }
 }
 
 TEST(FogBlur, GatherIsAGaussian) {
@@ -96,7 +100,7 @@ TEST(FogBlur, StartAndFalloffShapeTheBlur) {
 
 TEST(FogBlur, WithoutFogNothingChanges) {
     cv::Mat image = randomImage({70, 40}, 1);
-    for (const char* method : {"ladder", "gather"})
+    for (const char* method : {"ladder", "gather", "ladder\", \"rungs\": \"4"})
         for (const char* order : {"separate", "single"}) {
             std::string parameters =
                 std::string("\"radius\": 9, \"method\": \"") + method + "\", \"order\": \"" + order + "\"";
@@ -108,7 +112,7 @@ TEST(FogBlur, WithoutFogNothingChanges) {
 TEST(FogBlur, ConstantsAreKeptUnderAnyFog) {
     cv::Mat image(50, 60, CV_32FC4, cv::Scalar(.3, 5, 1000, .5)), fog = randomImage(image.size(), 2) * .5;
     for (const char* edges : {"keep", "bleed"})
-        for (const char* method : {"ladder", "gather"}) {
+        for (const char* method : {"ladder", "gather", "ladder\", \"rungs\": \"4"}) {
             std::string parameters =
                 std::string("\"radius\": 7, \"method\": \"") + method + "\", \"edges\": \"" + edges + "\"";
             EXPECT_LE(difference(blurred(image, fog, parameters), image), 1e-5) << edges << method;
@@ -120,7 +124,7 @@ TEST(FogBlur, ANearSurfaceDoesNotBleedOverItsSilhouetteWhereEdgesAreKept) {
     cv::Mat image = constant({80, 40}, .1f), fog = constant({80, 40}, .2f);
     image.colRange(0, 40).setTo(cv::Scalar::all(1));
     fog.colRange(0, 40).setTo(cv::Scalar::all(1));
-    for (const char* method : {"ladder", "gather"}) {
+    for (const char* method : {"ladder", "gather", "ladder\", \"rungs\": \"4"}) {
         std::string parameters = std::string("\"radius\": 6, \"method\": \"") + method + "\", \"edges\": ";
         cv::Mat kept = blurred(image, fog, parameters + "\"keep\""),
                 bled = blurred(image, fog, parameters + "\"bleed\"");
@@ -165,7 +169,7 @@ TEST(FogBlur, OneBadPixelDoesNotSpread) {
     bounded.at<cv::Vec4f>(15, 20)[0] = 0;
     image.at<cv::Vec4f>(3, 7)[1] = HUGE_VALF;
     bounded.at<cv::Vec4f>(3, 7)[1] = 65504;
-    for (const char* method : {"ladder", "gather"}) {
+    for (const char* method : {"ladder", "gather", "ladder\", \"rungs\": \"4"}) {
         std::string parameters = std::string("\"radius\": 4, \"method\": \"") + method + "\"";
         cv::Mat a = blurred(image, fog, parameters), b = blurred(bounded, fog, parameters);
         EXPECT_EQ(cv::norm(a.reshape(1), b.reshape(1), cv::NORM_INF), 0) << method;
@@ -188,7 +192,7 @@ TEST(FogBlur, GlslMatches) {
     cv::Mat image = randomImage({57, 33}, 9), fog = randomImage(image.size(), 10) * .5;
     auto gl = makeGlRunner(GlPlatform::Osmesa);
     for (const char* parameters : {R"("radius": 9)", R"("radius": 3, "edges": "bleed", "order": "single")",
-                                   R"("radius": 2, "method": "gather")"}) {
+                                   R"("radius": 2, "method": "gather")", R"("radius": 9, "rungs": "4")"}) {
         cv::Mat a = blurOn(*gl, image, fog, parameters), b = blurred(image, fog, parameters);
         EXPECT_LE(difference(a, b), 3e-5) << parameters;
     }
@@ -203,7 +207,8 @@ TEST(FogBlur, GlslMatchesWhereFogComesAndGoesInALargerPicture) {
             for (int i = 0; i < fog.cols; i++) fog.at<cv::Vec4f>(j, i) = cv::Vec4f::all(float(through(i, j)));
     };
     auto expectSame = [&](const char* what) {
-        for (const char* parameters : {R"("radius": 24)", R"("radius": 5, "edges": "bleed")"}) {
+        for (const char* parameters :
+             {R"("radius": 24)", R"("radius": 5, "edges": "bleed")", R"("radius": 24, "rungs": "4")"}) {
             cv::Mat a = blurOn(*gl, image, fog, parameters), b = blurred(image, fog, parameters);
             EXPECT_LE(difference(a, b), 3e-5) << what << " " << parameters;
         }
@@ -217,24 +222,56 @@ TEST(FogBlur, GlslMatchesWhereFogComesAndGoesInALargerPicture) {
 }
 
 // Half an 8-bit step is the whole of a chain's tolerance: the ladder's .02 shows beside a light.
-TEST(FogBlur, AutoTakesTheLadderOnlyWhereItsErrorCannotShow) {
-    auto chosenFor = [&](double brightest) {
-        Chain chain = parsePreset(R"({"effects": [{"effect": "fog_blur", "method": "auto", "radius": 16}]})",
-                                  "test", EffectRegistry::standard());
+TEST(FogBlur, AutoTakesTheCheapestWhoseErrorDoesNotShow) {
+    const cv::Size size(64, 48);
+    cv::Mat through(size, CV_32FC4);
+    for (int i = 0; i < size.width; i++) through.col(i).setTo(cv::Scalar::all(i / 64.));
+    auto lampIn = [&](double brightest) {
+        cv::Mat image = constant(size, 0);
+        image.at<cv::Vec4f>(24, 32) = cv::Vec4f::all(float(brightest));
+        return image;
+    };
+    auto chosenFor = [&](const cv::Mat& image) {
+        Chain chain = parsePreset(
+            R"({"effects": [{"effect": "fog_blur", "method": "auto", "rungs": "auto", "radius": 8}]})",
+            "test", EffectRegistry::standard());
+        chain.steps[0].values["transmittance"].text = "through";
         FramePair frame;
-        frame.color = constant({64, 48}, 0);
-        frame.color.at<cv::Vec4f>(24, 32) = cv::Vec4f::all(float(brightest));
-        frame.depth = cv::Mat(frame.color.size(), CV_32F, cv::Scalar(10));
-        frame.camera = Camera::withHorizontalView(frame.color.size(), 90);
+        frame.color = image;
+        frame.images["through"] = through;
+        frame.depth = cv::Mat(size, CV_32F, cv::Scalar(10));
+        frame.camera = Camera::withHorizontalView(size, 90);
         std::vector<StepPlan> decisions;
         planChain(chain, frame, Backend::Cpu, {}, &decisions);
-        return decisions.at(0).plan.chosen.at("method");
+        return decisions.at(0).plan.chosen;
     };
-    const double ladder = 0, gather = 1;
-    EXPECT_EQ(chosenFor(0), ladder);
-    EXPECT_EQ(chosenFor(.004), ladder);
-    EXPECT_EQ(chosenFor(10000), gather);
-    EXPECT_EQ(chosenFor(HUGE_VAL), gather) << "counts as 65504";
+    auto shows = [&](const cv::Mat& image, const std::string& method) {
+        const std::string radius = "\"radius\": 8, \"method\": ";
+        cv::Mat tried = blurred(image, through, radius + method),
+                exact = blurred(image, through, radius + "\"gather\"");
+        double worst = 0;
+        for (int j = 0; j < size.height; j++)
+            for (int i = 0; i < size.width; i++)
+                for (int n = 0; n < 3; n++)
+                    worst = std::max(worst, PlanInput().visible(tried.at<cv::Vec4f>(j, i)[n],
+                                                                exact.at<cv::Vec4f>(j, i)[n]));
+        return worst * 510;
+    };
+    auto ladderOf = [](double rungs) {
+        return "\"ladder\", \"rungs\": \"" + std::to_string(int(rungs)) + "\"";
+    };
+    int finer = 0;
+    for (double brightest : {0., .004, .03, .1, .3, 1., 3., 10.}) {
+        auto chosen = chosenFor(lampIn(brightest));
+        const double rungs = chosen.at("rungs");
+        if (brightest < .01) EXPECT_EQ(chosen.at("method") + rungs, 1);
+        if (chosen.at("method") != 0) continue;
+        EXPECT_LE(shows(lampIn(brightest), ladderOf(rungs)), 1) << brightest;
+        if (rungs == 1) continue;
+        EXPECT_GE(shows(lampIn(brightest), ladderOf(rungs / 2)), .8) << brightest;
+        finer++;
+    }
+    EXPECT_GE(finer, 2);
 }
 
 // The fog says how bright it leaves what is dark; it counted as black, beside which everything shows.
