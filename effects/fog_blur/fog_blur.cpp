@@ -1,18 +1,22 @@
 // fog_blur: blur that grows with the fog in front of a surface (MODELS.md §8; Gawron and Boryczka 2018,
 // §3.4).
 //
-//   σ(p) = radius·clamp((α - start)/(1 - start), 0, 1)^falloff, px of the full frame; α = 1 - the mean of T's
-//   channels blur(p) = Σ_q g(|p - q|; σ(p))·w·C(q) / Σ_q g·w,  w = min(1, σ(q)/σ(p)) where edges are kept,
-//   else 1 separate: C is the foggy picture, out = blur.  single: C is the clear one, out = foggy + T·(blur -
-//   C)
+//   σ(p) = radius·clamp((α - start)/(1 - start), 0, 1)^falloff, px of the full frame,
+//          α = 1 - the mean of T's channels
+//
+//   blur(p) = Σ_q g(|p - q|; σ(p))·w·C(q) / Σ_q g·w,
+//             w = min(1, σ(q)/σ(p)) where edges are kept, else 1
+//
+//   separate: C is the foggy picture, out = blur
+//
+//   single: C is the clear one, out = foggy + T·(blur - C)
 //
 // Where w leaves less than .05 of the Gaussian's weight, the pixel itself fills it up to that. Edges of the
 // picture replicate; NaN counts as 0 and ±inf as ±65504; alpha passes through. Limits: σ = 0 is the identity.
 //
-//   ladder  a pixel takes four neighbouring images of a ladder of blurred ones, variances doubling from one
-//   to
-//           the next (rungs: 2, 4 or 8 to a doubling), with the weights that come nearest its own Gaussian:
-//           within .02 (L1; .004, .001) where edges bleed
+//   ladder  a pixel takes four neighbouring images of a ladder of blurred ones, with the weights that come
+//           nearest its own Gaussian; variances double from one image to the next (rungs: in 2, 4 or 8
+//           steps): within .02 (L1; .004, .001) where edges bleed
 //   gather  the definition, its Gaussian cut at 4σ
 //
 // The paper's 5×5 table sums to .98; a Gaussian of σ = 1 normalised takes its place.
