@@ -49,9 +49,10 @@ inline void choose(FogBlur& p, brume::Plan& plan, const brume::PlanInput& in, bo
                                ": coarser, faster ladders might show beside this frame's brightest lights");
         return;
     }
+    plan.takesWhatIsLeft = true;
     auto isEnough = [&](double error) {
         plan.predictedError = margin * error;
-        return plan.predictedError <= in.tolerance;
+        return plan.predictedError <= in.toleranceLeft;
     };
     for (;; p.rungs *= 2) {
         const double error = trial.errorOf(p.rungs);

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -54,19 +55,21 @@ class LadderTrial {
                context_.image("transmittance").size() == context_.input.size() &&
                context_.image("clear").size() == context_.input.size();
     }
-    /// Worst visible error of a ladder, of the pixels tried: those where it differs most from the next finer.
+    /// Worst visible error of a ladder, of the pixels tried: those where it differs most from a finer one,
+    /// and those that coarser ladders were tried at. The finer one is of four rungs at least: two ladders
+    /// that share rungs may be wrong alike, one and two were, by 1.4 of the tolerance.
     double errorOf(int rungs) {
-        if (made_ != rungs) picture_ = blurredBy(rungs);
-        made_ = 2 * rungs;
-        const cv::Mat finer = blurredBy(made_);
-        pixels_ = farthestApart(picture_, finer);
-        truth_ = gatheredAt(pixels_, exactDeviations);
+        const cv::Mat picture = blurredBy(rungs), finer = blurredBy(std::max(4, 2 * rungs));
+        pictures_.erase(pictures_.begin(), pictures_.upper_bound(rungs));
+        const std::vector<cv::Point> apart = farthestApart(picture, finer);
+        const std::vector<cv::Vec4f> truth = gatheredAt(apart, exactDeviations);
+        pixels_.insert(pixels_.end(), apart.begin(), apart.end());
+        truth_.insert(truth_.end(), truth.begin(), truth.end());
         std::vector<cv::Vec4f> tried;
-        for (const cv::Point pixel : pixels_) tried.push_back(picture_.at<cv::Vec4f>(pixel));
-        picture_ = finer;
+        for (const cv::Point pixel : pixels_) tried.push_back(picture.at<cv::Vec4f>(pixel));
         return worstOf(tried);
     }
-    /// And of gather, at the pixels tried last.
+    /// And of gather, at the pixels tried.
     double gatherError() { return worstOf(gatheredAt(pixels_, gatherDeviations)); }
 
   private:
@@ -78,8 +81,7 @@ class LadderTrial {
     const brume::PlanInput& in_;
     brume::CpuContext context_;
     brume::DerivedValues derived_;
-    cv::Mat picture_;
-    int made_ = 0;  // rungs of picture_
+    std::map<int, cv::Mat> pictures_;  // by rungs
     std::vector<cv::Point> pixels_;
     std::vector<cv::Vec4f> truth_;
 
@@ -97,11 +99,13 @@ class LadderTrial {
         context_.derivedValues = &derived_;
     }
     cv::Mat blurredBy(int rungs) {
+        cv::Mat& picture = pictures_[rungs];
+        if (!picture.empty()) return picture;
         derive(rungs);
-        cv::Mat out(context_.input.size(), CV_32FC4);
-        context_.output = out;
+        picture.create(context_.input.size(), CV_32FC4);
+        context_.output = picture;
         run(p_, context_);
-        return out;
+        return picture;
     }
     double worstOf(const std::vector<cv::Vec4f>& values) const {
         double worst = 0;

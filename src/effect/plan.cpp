@@ -209,6 +209,7 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
         known.bounds["transmittance"] = ImageBounds::anywhere(0, 1);
         made.clear();
         const std::vector<double> after = gainsAfter(steps, gains);
+        double left = 0;  // of the tolerances so far
         for (size_t k = 0; k < steps.size(); k++) {
             const Step& step = *steps[k];
             StepPlan decision{step.id, {}, false};
@@ -235,9 +236,12 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
                 own.arriving = arrivingAt(steps, k, made, frame);
                 own.isLast = !isReadLater(steps, k, step.output);
                 own.gain = after[k];
+                left += own.tolerance;
+                own.toleranceLeft = std::max(left, own.tolerance);
                 decision.plan = plugin->plan(plugin->makeParams(step.values), own);
                 decision.planned = true;
-                decision.tolerance = own.tolerance;
+                decision.tolerance = decision.plan.takesWhatIsLeft ? own.toleranceLeft : own.tolerance;
+                left -= decision.plan.predictedError;
                 if (!inPlace) decision.plan.skip = false;
                 gains[k] = decision.plan.gain;
                 if (decision.plan.skip) {

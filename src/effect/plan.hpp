@@ -67,9 +67,12 @@ struct PlanInput {
     Backend backend = Backend::Cpu;
     std::set<std::string> automatic;  ///< the parameters that are "auto": those to choose
     double tolerance = 1. / 510;      ///< allowed error of this effect, in what `visible` returns
-    bool isLast = true;               ///< no later step reads what this one writes
-    double gain = 1;                  ///< later effects may multiply an error in linear light by at most this
-    ImageBounds input;                ///< of the main input image
+    /// What the steps up to this one may err together, less what those before are predicted to; never less
+    /// than `tolerance`. For a plan that tries the picture itself: a bound's slack is no room for others.
+    double toleranceLeft = 1. / 510;
+    bool isLast = true;  ///< no later step reads what this one writes
+    double gain = 1;     ///< later effects may multiply an error in linear light by at most this
+    ImageBounds input;   ///< of the main input image
     std::map<std::string, ImageBounds> images;  ///< of the other image parameters
     double maxInput = 0;                        ///< its largest |channel|
     bool transmittanceIsRead = false;
@@ -96,12 +99,13 @@ struct Plan {
     /// Values of "auto" parameters that the model has where a choice leaves some of it out (all octaves,
     /// say): what the reference computes. Others do not matter to it.
     std::map<std::string, double> model;
-    double predictedError = 0;  ///< in the tolerance's unit
-    double predictedCost = 0;   ///< in frame copies, on PlanInput's backend
-    ImageBounds output;         ///< of the image leaving
-    std::vector<Probe> probes;  ///< with the colours leaving; empty: only known to lie within `output`
-    double gain = 1;            ///< by at most this an error arriving in linear light grows
-    std::string why;            ///< one sentence
+    double predictedError = 0;     ///< in the tolerance's unit
+    bool takesWhatIsLeft = false;  ///< it was held to PlanInput::toleranceLeft, not to `tolerance`
+    double predictedCost = 0;      ///< in frame copies, on PlanInput's backend
+    ImageBounds output;            ///< of the image leaving
+    std::vector<Probe> probes;     ///< with the colours leaving; empty: only known to lie within `output`
+    double gain = 1;               ///< by at most this an error arriving in linear light grows
+    std::string why;               ///< one sentence
 };
 
 }  // namespace brume

@@ -148,6 +148,15 @@ TEST(Plan, ABlurIsMoreExactBeforeWhatAmplifiesIt) {
     EXPECT_LT(tolerance("8"), .2 * tolerance("1"));
 }
 
+TEST(Plan, AFogBlurThatIsTriedGetsWhatTheFogBeforeItLeaves) {
+    const auto decisions = decisionsOf(
+        R"([{"effect": "depth_fog"}, {"effect": "fog_blur", "radius": 16, "method": "auto", "rungs": "auto"}])",
+        planFrames()[0]);
+    ASSERT_TRUE(decisions[1].plan.takesWhatIsLeft);
+    EXPECT_EQ(decisions[1].tolerance, 2 * decisions[0].tolerance - decisions[0].plan.predictedError);
+    EXPECT_LE(decisions[0].plan.predictedError + decisions[1].plan.predictedError, unseenError);
+}
+
 TEST(Plan, ANamedOutputIsMadeEvenWhereItChangesNothing) {
     const auto decisions = decisionsOf(
         R"([{"effect": "gaussian_blur", "radius": 0, "output": "glow"}, {"effect": "blend", "second": "glow"}])",
