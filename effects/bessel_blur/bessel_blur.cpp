@@ -6,8 +6,8 @@
 //   fir        r integrated over each pixel, cut where the tails weigh less than `tolerance`
 //   recursive  the same without a cut: r's integrals are one damped oscillation, which a recursion follows
 //              (the CPU, where the kernel is short against the image, as one filter forward and back,)
-//   decimated  boxes in a row, every factor-th pixel, a small FIR, the same boxes up: error under 1e-3
-//              or 1e-4
+//   decimated  boxes in a row, every factor-th pixel, the recursion again (a FIR in GLSL), the same boxes up:
+//              error under `tolerance`, at most 1e-3
 //   hold       the zero-order hold of H: error .02 at radius 1, 2.4e-3 at 4
 //   bilinear   the bilinear transform of H, k = 2τ: error .14 at radius 1, .01 at 4
 //
@@ -47,11 +47,12 @@ std::vector<double> reach(const BesselBlur& p, const DeriveContext& c) {
     return {double(tapsOf(p, c).size()) - 1};
 }
 
-blur::Decimation decimationOf(const BesselBlur& p, const DeriveContext& c) {
-    return p.method == decimated ? blur::besselDecimation(radiusOf(p, c), p.tolerance) : blur::Decimation{};
+int factorOf(const BesselBlur& p, const DeriveContext& c) {
+    return p.method == decimated ? blur::besselFactor(radiusOf(p, c), p.tolerance) : 1;
 }
-std::vector<double> factor(const BesselBlur& p, const DeriveContext& c) {
-    return {double(decimationOf(p, c).factor)};
+std::vector<double> factor(const BesselBlur& p, const DeriveContext& c) { return {double(factorOf(p, c))}; }
+blur::Decimation decimationOf(const BesselBlur& p, const DeriveContext& c) {
+    return blur::besselDecimation(factorOf(p, c));
 }
 std::vector<double> prefilterReach(const BesselBlur& p, const DeriveContext& c) {
     return {double(decimationOf(p, c).prefilter.size()) - 1};
@@ -59,11 +60,11 @@ std::vector<double> prefilterReach(const BesselBlur& p, const DeriveContext& c) 
 std::vector<double> prefilter(const BesselBlur& p, const DeriveContext& c) {
     return decimationOf(p, c).prefilter;
 }
-std::vector<double> smallReach(const BesselBlur& p, const DeriveContext& c) {
-    return {p.method == decimated ? double(blur::besselSmallReach(radiusOf(p, c), p.tolerance)) : 0.};
+blur::Half smallTaps(const BesselBlur& p, const DeriveContext& c) {
+    return p.method == decimated ? blur::besselSmallTaps(radiusOf(p, c), factorOf(p, c)) : blur::Half{1};
 }
-std::vector<double> smallTaps(const BesselBlur& p, const DeriveContext& c) {
-    return p.method == decimated ? blur::besselSmallTaps(radiusOf(p, c), p.tolerance) : blur::Half{1};
+std::vector<double> smallReach(const BesselBlur& p, const DeriveContext& c) {
+    return {double(smallTaps(p, c).size()) - 1};
 }
 std::vector<double> enlarging(const BesselBlur& p, const DeriveContext& c) {
     return blur::enlargingWeights(decimationOf(p, c));
@@ -73,7 +74,8 @@ blur::Exponentials exponentialsOf(const BesselBlur& p, const DeriveContext& c) {
     double radius = radiusOf(p, c);
     blur::Exponentials none;
     none.terms.resize(1);
-    if (radius <= 0 || p.method == fir || p.method == decimated) return none;
+    if (radius <= 0 || p.method == fir) return none;
+    if (p.method == decimated) return blur::besselSmall(radius, factorOf(p, c));
     if (p.method == hold) return blur::besselHold(radius);
     return p.method == bilinear ? blur::besselBilinear(radius) : blur::besselExponentials(radius);
 }
@@ -90,11 +92,13 @@ std::vector<double> centerTap(const BesselBlur& p, const DeriveContext& c) {
     return {exponentialsOf(p, c).center};
 }
 
-// Of the recursive method, where the CPU's bands take it: reach is 0 elsewhere.
+// Where the CPU's bands take the recursion: reach is 0 elsewhere.
 blur::Cascade cascadeNumbersOf(const BesselBlur& p, const DeriveContext& c) {
-    if (p.method != recursive || radiusOf(p, c) < .4) return {};
-    const blur::Cascade cascade = blur::cascadeOf(blur::besselExponentials(radiusOf(p, c)));
-    return blur::isCascaded(c.size.height, cascade.reach) ? cascade : blur::Cascade{};
+    if ((p.method != recursive && p.method != decimated) || radiusOf(p, c) < .4) return {};
+    const blur::Cascade cascade = blur::cascadeOf(exponentialsOf(p, c));
+    const int factor = factorOf(p, c),
+              height = factor == 1 ? c.size.height : blur::smallLength(c.size.height, factor);
+    return blur::isCascaded(height, cascade.reach) ? cascade : blur::Cascade{};
 }
 std::vector<double> cascadeReach(const BesselBlur& p, const DeriveContext& c) {
     return {double(cascadeNumbersOf(p, c).reach)};
@@ -107,19 +111,15 @@ std::vector<double> cascade(const BesselBlur& p, const DeriveContext& c) {
 
 void run(const BesselBlur& p, const CpuContext& c) {
     cv::Mat out = c.output;
-    if (p.method == fir)
-        blur::separableFir(c.input, out, c.derived("taps"), c.outputIsStreamed);
-    else if (p.method == decimated)
-        blur::decimatedBlur(c.input, out,
-                            {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("smallTaps"),
-                             c.derived("enlarging")},
-                            c.outputIsStreamed);
-    else if (c.derived("cascadeReach")[0] > 0)
-        blur::cascadedBlur(c.input, out, c.derived("cascade"), int(c.derived("cascadeReach")[0]),
-                           c.outputIsStreamed);
-    else
-        blur::recursiveBlur(c.input, out,
-                            {c.derived("poles"), c.derived("centerTap")[0], c.derived("poleOrigin")[0]});
+    if (p.method == fir) return blur::separableFir(c.input, out, c.derived("taps"), c.outputIsStreamed);
+    blur::decimatedBlur(
+        c.input, out, {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("enlarging")},
+        c.outputIsStreamed, [&](const cv::Mat& from, cv::Mat& to, bool streams) {
+            const int reach = int(c.derived("cascadeReach")[0]);
+            if (reach > 0) return blur::cascadedBlur(from, to, c.derived("cascade"), reach, streams);
+            blur::recursiveBlur(from, to,
+                                {c.derived("poles"), c.derived("centerTap")[0], c.derived("poleOrigin")[0]});
+        });
 }
 
 // --- reference, fp64: r integrated over each pixel by Simpson's rule, out to 14 τ
@@ -155,7 +155,7 @@ double statedError(const BesselBlur& p, double radius) {
         case recursive:
             return 0;
         case decimated:
-            return std::min(1e-3, double(p.tolerance));
+            return blur::besselFactor(radius, p.tolerance) == 1 ? 0 : std::min(1e-3, double(p.tolerance));
         case hold:
             return radius < .6 ? .35 : std::min(.2, .08 / (radius * radius));
         case bilinear:
@@ -177,23 +177,19 @@ void reference(const BesselBlur& p, const ReferenceContext& c, std::span<const c
 // --- plan
 
 // L1 norm of a method's kernel less the true one, as measured for the plan.
-double kernelError(int method, double radius, double tolerance) {
-    if (method == recursive) return 1e-6;  // rounding
-    if (method == hold) return std::min(.4, .06 / (radius * radius));
-    if (method == decimated) return std::min(tolerance, 1e-3);
-    return statedError({0, float(tolerance), method}, radius);
+double kernelError(const BesselBlur& p, double radius) {
+    if (p.method == hold) return std::min(.4, .06 / (radius * radius));
+    return std::max(1e-6, statedError(p, radius));  // rounding
 }
 
-// Frame copies on the CPU with two threads; `reach` of the FIR, or the small one, or of the recursion's bands
-// (0: it has none). Measured at 1920×1080 and, `isSmall`, at 1280×720, where caches hold more of a frame:
-// what moves memory is cheaper there against what computes.
+// Frame copies on the CPU with two threads; `reach` of the FIR, or of the recursion's bands (0: it has none).
+// Measured at 1920×1080 and, `isSmall`, at 1280×720, where caches hold more of a frame: what moves memory is
+// cheaper there against what computes.
 double costOf(int method, int factor, int reach, bool isSmall) {
-    if (method == fir || (method == decimated && factor == 1))
-        return isSmall ? .9 + .12 * reach : 1.2 + .105 * reach;
-    if (method == decimated)
-        return isSmall ? 1.35 + 1.2 / factor + .18 * reach / (factor * factor)
-                       : 1.15 + 1. / factor + .13 * reach / (factor * factor);
-    return method == recursive && reach > 0 ? (isSmall ? 2.9 : 1.9) + 1.2e-5 * reach * reach : 3.4;
+    if (method == fir) return isSmall ? .9 + .12 * reach : 1.2 + .105 * reach;
+    const double recursion = reach > 0 ? (isSmall ? 2.9 : 1.9) + 1.2e-5 * reach * reach : 3.4;
+    if (factor == 1) return recursion;
+    return (isSmall ? 1.3 + .5 / factor : .98 + 1. / factor) + recursion / (factor * factor);
 }
 
 Plan plan(const BesselBlur& p, const PlanInput& in) {
@@ -213,37 +209,29 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
     auto offer = [&](int method, const char* name, double tolerance, double peak) {
         if (!in.chooses("method") && method != p.method) return;
         if (!in.chooses("tolerance")) tolerance = p.tolerance;
+        const BesselBlur blur{p.radius, float(tolerance), method};
         // A tolerance that was asked for holds for what is chosen.
-        const double error = kernelError(method, radius, tolerance);
+        const double error = kernelError(blur, radius);
         if (!in.chooses("tolerance") && in.chooses("method") && error > 1.001 * p.tolerance &&
             method != recursive)
             return;
-        const int factor = method == decimated ? blur::besselFactor(radius, tolerance) : 1,
-                  reach = method == decimated   ? blur::besselSmallReach(radius, tolerance)
-                          : method == fir       ? int(blur::besselTaps(radius, tolerance).size()) - 1
-                          : method == recursive ? cascadeNumbersOf({p.radius, 0, recursive}, in.scene).reach
-                                                : 0;
-        choices.push_back(
-            {method, name, tolerance, error, peak,
-             costOf(method, factor, reach, isSmall) * in.scene.size.area() / in.frame.size.area()});
+        const int reach = method == fir ? int(blur::besselTaps(radius, tolerance).size()) - 1
+                                        : cascadeNumbersOf(blur, in.scene).reach;
+        choices.push_back({method, name, tolerance, error, peak,
+                           costOf(method, factorOf(blur, in.scene), reach, isSmall) * in.scene.size.area() /
+                               in.frame.size.area()});
+        if (method == decimated) choices.back().likely = blur::likelihoodDecimated;
     };
     // A little less than would show: rounded to fp32 it must not be more.
     offer(fir, "fir", std::clamp(.999 * unseen.error(1), 1e-6, 1e-3), 1);
     offer(recursive, "recursive", 1e-3, 4);
-    // The coarsest that does not show: of each factor the shortest FIR, then the longest that helps.
-    double tolerance = 1e-3;
-    for (int factor = blur::besselFactor(radius, tolerance); tolerance > 1e-5;) {
-        offer(decimated, "decimated", tolerance, 4);
-        if (choices.empty() || choices.back().method != decimated) break;
-        blur::Choice& choice = choices.back();
-        if (blur::besselFactor(radius, choice.tolerance) == 1) break;
-        choice.ridge = blur::besselRidge(radius, choice.tolerance);
-        choice.step = blur::besselStep(choice.tolerance);
-        if (!in.chooses("tolerance") || unseen.share(choice) <= 1) break;
-        while (factor > 1 && blur::besselTolerance(radius, factor) >= .99 * tolerance) factor--;
-        if (factor == 1) break;
-        tolerance = blur::besselTolerance(radius, factor);
-    }
+    // The coarsest that does not show.
+    int factor = blur::besselFactor(radius, in.chooses("tolerance") ? 1e-3 : double(p.tolerance));
+    do {
+        offer(decimated, "decimated", blur::besselTolerance(radius, factor), 4);
+        if (factor == 1 || choices.empty() || choices.back().method != decimated) break;
+        choices.back().axis = blur::besselAxisError(radius, factor);
+    } while (in.chooses("tolerance") && unseen.share(choices.back()) > 1 && --factor > 1);
     offer(hold, "hold", 1e-3, 4);
     offer(bilinear, "bilinear", 1e-3, 4);
     blur::choose(plan, in, unseen, choices);

@@ -23,12 +23,12 @@
     {"NAME": "smallReach", "TYPE": "int", "FROM": ["radius", "method", "tolerance", "size"]},
     {"NAME": "smallTaps", "TYPE": "array", "SIZE": "$smallReach + 1", "FROM": ["radius", "method", "tolerance", "size"]},
     {"NAME": "enlarging", "TYPE": "array", "SIZE": "6 * $factor", "FROM": ["radius", "method", "tolerance", "size"]},
-    {"NAME": "poleCount", "TYPE": "int", "FROM": ["radius", "method", "size"]},
-    {"NAME": "poles", "TYPE": "vec4 array", "SIZE": "$poleCount", "FROM": ["radius", "method", "size"]},
-    {"NAME": "poleOrigin", "TYPE": "float", "FROM": ["radius", "method", "size"]},
-    {"NAME": "centerTap", "TYPE": "float", "FROM": ["radius", "method", "size"]},
-    {"NAME": "cascadeReach", "TYPE": "int", "FROM": ["radius", "method", "size"], "DESCRIPTION": "the CPU's alone, as cascade"},
-    {"NAME": "cascade", "TYPE": "array", "SIZE": 13, "FROM": ["radius", "method", "size"]}
+    {"NAME": "poleCount", "TYPE": "int", "FROM": ["radius", "method", "tolerance", "size"]},
+    {"NAME": "poles", "TYPE": "vec4 array", "SIZE": "$poleCount", "FROM": ["radius", "method", "tolerance", "size"]},
+    {"NAME": "poleOrigin", "TYPE": "float", "FROM": ["radius", "method", "tolerance", "size"]},
+    {"NAME": "centerTap", "TYPE": "float", "FROM": ["radius", "method", "tolerance", "size"]},
+    {"NAME": "cascadeReach", "TYPE": "int", "FROM": ["radius", "method", "tolerance", "size"], "DESCRIPTION": "the CPU's alone, as cascade"},
+    {"NAME": "cascade", "TYPE": "array", "SIZE": 13, "FROM": ["radius", "method", "tolerance", "size"]}
   ],
   "PASSES": [
     {"TARGET": "rows", "WHEN": "$method == $method_fir"},
@@ -72,7 +72,7 @@
     "the kernel is negative beyond 3.7 radii: dark rings of .43 % of a bright light's height",
     "a separable pair is not round: 7.7 times brighter on the axes than on the diagonals at 3.7 radii",
     "bilinear rings below radius 1, where its poles tend to -1, and is off by .14 there; hold by .02",
-    "decimated is fir below radius 6.8",
+    "decimated is recursive below radius 6.8",
     "replicated edges keep constants but not the mean"
   ],
   "STABILITY": [

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/blur_design.hpp"
+#include "common/blur_unseen.hpp"
 
 namespace blur {
 
@@ -62,50 +63,69 @@ inline Half besselTaps(double radius, double tolerance) {
 }
 
 /// What is left of the kernel's spectrum, ω^-4, beyond the small image's is what a decimated pair errs by. So
-/// many standard deviations per small pixel keep that and the small FIR's tail under `tolerance`, at most
-/// 1e-3 (measured over all positions of an impulse, and tested: .77 to .97 of it from 1e-3 to 1e-5).
+/// many standard deviations per small pixel keep it under `tolerance`, at most 1e-3 (measured over all
+/// positions of an impulse, and tested: .74 to .98 of it from 1e-3 to 1e-5).
 inline double besselRatio(double tolerance) { return 3.4 * std::pow(1e-3 / std::min(tolerance, 1e-3), .25); }
 inline int besselFactor(double radius, double tolerance) {
     return std::clamp(int(radius / besselRatio(tolerance)), 1, largestFactor);
 }
 
-/// A tolerance that the factor just keeps.
+/// A tolerance that the factor just keeps, of those that are asked for.
 inline double besselTolerance(double radius, int factor) {
-    return std::min(1e-3, 1.0001e-3 * std::pow(besselRatio(1e-3) * factor / radius, 4));
+    return std::clamp(1.0001e-3 * std::pow(besselRatio(1e-3) * factor / radius, 4), 1e-6, 1e-3);
 }
 
-inline Decimation besselDecimation(double radius, double tolerance) {
-    return boxDecimation(besselFactor(radius, tolerance), 4);
-}
+inline Decimation besselDecimation(int factor) { return boxDecimation(factor, 4); }
 
-/// At most so much is a decimated blur's kernel off along one axis, at a distance in px. Most is where r
-/// bends: what of its spectrum, ω^-4, lies beyond the small image's. From six deviations on it is what the
-/// small FIR is cut by, and beyond that r itself. (Measured at all positions of an impulse, and tested.)
-inline auto besselRidge(double radius, double tolerance) {
-    const int factor = besselFactor(radius, tolerance);
-    const double error = std::min(tolerance, 1e-3) / 2, bend = .027 * std::pow(factor / radius, 4);
-    return [=](double distance) {
-        const double cut = error * (distance < 6 * radius ? .0018 : .0137) / factor,
-                     r = 3.5 * std::exp(-1.5 * distance / besselTau(radius)) / besselTau(radius);
-        return bend * (std::exp(-.4 * distance / factor) + .85 * std::exp(-2 * distance / factor)) / factor +
-               std::min(cut, r);
+/// A decimated blur's kernel is off along one axis where r bends, by what of its spectrum, ω^-4, lies beyond
+/// the small image's. (Measured at all positions of an impulse, and tested.)
+inline AxisError besselAxisError(double radius, int factor) {
+    const double ratio = radius / factor, bend = std::pow(ratio, -4);
+    AxisError e;
+    e.largest = [=](double distance) {
+        const double apart = distance / factor;
+        return bend / factor *
+               (.055 * std::exp(-.4 * apart * apart) + .022 / ratio * std::exp(-apart / (.9 * ratio)));
     };
+    e.step = .14 * besselTolerance(radius, factor);
+    e.beyond = [=](double distance) {
+        const double apart = distance / factor,
+                     far = .005 * std::sqrt(ratio) * std::exp((2 - apart) / (.9 * ratio));
+        return bend * (apart < 1 ? .067 : apart < 2 ? .03 + far : far);
+    };
+    return e;
 }
 
-/// And so much it adds up to from any distance on.
-inline double besselStep(double tolerance) { return .085 * std::min(tolerance, 1e-3); }
-
-inline int besselSmallReach(double radius, double tolerance) {
-    int factor = besselFactor(radius, tolerance);
-    if (factor > 1) tolerance = std::min(tolerance, 1e-3) / 4;
-    return int(besselTaps(radius / factor, tolerance).size()) - 1;
+/// What runs on the small image: the wanted kernel's own recursion at a small pixel's steps, its amplitude
+/// and centre tap such that beside the boxes, which keep polynomials of lower degree than 4, the whole has
+/// the sum, the variance and the fourth moment that are wanted.
+inline Exponentials besselSmall(double radius, int factor) {
+    if (factor == 1) return besselExponentials(radius);
+    // Second and fourth cumulants: of r, of a pixel's integral and of eight boxes of `factor` px.
+    const double tau2 = std::pow(besselTau(radius), 2), f2 = double(factor) * factor;
+    const double variance = (2 * tau2 / 3 + 1. / 12 - 8 * (f2 - 1) / 12) / f2,
+                 fourth = (-4 * tau2 * tau2 / 3 - 1. / 120 + 8 * (f2 * f2 - 1) / 120) / (f2 * f2);
+    const Complex pole = std::exp(besselRoot * double(factor) / besselTau(radius)), left = 1. - pole;
+    // Σ n²·pole^(n - 1) and Σ n⁴·pole^(n - 1): twice the real part of amplitude times each is its moment.
+    const Complex two = (1. + pole) / std::pow(left, 3),
+                  four = (1. + pole) * (1. + 10. * pole + pole * pole) / std::pow(left, 5);
+    const double of2 = variance / 2, of4 = (fourth + 3 * variance * variance) / 2,
+                 determinant = two.imag() * four.real() - two.real() * four.imag();
+    const Complex amplitude((of4 * two.imag() - of2 * four.imag()) / determinant,
+                            (of4 * two.real() - of2 * four.real()) / determinant);
+    Exponentials e;
+    e.center = 1 - 2 * (amplitude / left).real();
+    e.terms = {{pole, amplitude}};
+    return e;
 }
-inline Half besselSmallTaps(double radius, double tolerance) {
-    int factor = besselFactor(radius, tolerance);
-    if (factor == 1) return besselTaps(radius, tolerance);
-    Exponentials e = besselExponentials(radius);
-    return smallTaps(besselDecimation(radius, tolerance), besselSmallReach(radius, tolerance),
-                     [&](double theta) { return e.response(theta); });
+
+/// The same as a FIR, out to where less than a millionth is left.
+inline Half besselSmallTaps(double radius, int factor) {
+    const Exponentials e = besselSmall(radius, factor);
+    if (e.terms.empty()) return {1};
+    Half half;
+    for (int t = 0, last = reachOf(e.terms[0].pole); t <= last; t++) half.push_back(e.at(t));
+    return half;
 }
 
 }  // namespace blur

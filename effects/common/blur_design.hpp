@@ -42,7 +42,7 @@ inline double response(const Half& half, double theta) {
     return sum;
 }
 
-// A decimated blur: a prefilter, every factor-th pixel, a small FIR, and back up.
+// A decimated blur: a prefilter, every factor-th pixel, a blur of the small image, and back up.
 
 /// Small pixels on each side beyond the first and last that lie within the image: one more than a prefilter
 /// reaches, so that the outermost hold nothing but the replicated edge.
@@ -173,6 +173,9 @@ inline Exponentials normalised(Exponentials e) {
     return e;
 }
 
+/// Px beyond which less than a millionth of an exponential is left.
+inline int reachOf(Complex pole) { return int(std::ceil(std::log(7e-7) / std::log(std::abs(pole)))); }
+
 /// A two-sided sum of one term, whose spectrum is above 0, as one real filter that runs forward and then
 /// backward: v' = keep·v + s, s' = damping·s + x - pull·v, and what it gives is v' + slope·s' + before·v.
 /// Poles near 1 take the delta form, keep = 1 and pull = |pole - 1|²: it keeps in fp32 the little by which
@@ -185,7 +188,7 @@ struct Cascade {
     /// What lies beyond the last pixel is like it: off the steady state by (v, s) in front of it, the
     /// backward filter is off by this matrix times that.
     double end[4] = {};
-    int reach = 0;  ///< px beyond which less than a millionth is left
+    int reach = 0;  ///< reachOf(pole)
 
     /// v and s in the steady state that all x = 1 lead to.
     double steady = 1, steadySlope = 0;
@@ -236,7 +239,7 @@ inline Cascade cascadeOf(const Exponentials& e) {
         multiply(powers, powers, product), std::copy(product, product + 4, powers);
     }
     std::copy(sum, sum + 4, c.end);
-    c.reach = int(std::ceil(std::log(7e-7) / std::log(std::abs(pole))));
+    c.reach = reachOf(pole);
     return c;
 }
 

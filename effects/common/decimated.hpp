@@ -1,5 +1,5 @@
-// Decimated blurs of RGBA float images on the CPU: a prefilter, every factor-th pixel, a small FIR, and back
-// up. Edges replicate exactly. Twin of blur.glsl; both read the numbers of
+// Decimated blurs of RGBA float images on the CPU: a prefilter, every factor-th pixel, some blur of the small
+// image, and back up. Edges replicate exactly. Twin of blur.glsl; both read the numbers of
 // blur_design.hpp.
 #pragma once
 
@@ -12,7 +12,6 @@ namespace blur {
 struct DecimatedBlur {
     int factor = 1;                    ///< px of the image per px of the small one
     std::span<const float> prefilter;  ///< half, before taking every factor-th pixel
-    std::span<const float> small;      ///< half, on the small image
     std::span<const float> up;         ///< enlargingTaps × factor weights
 };
 
@@ -254,14 +253,17 @@ void enlargedImage(const cv::Mat& small, cv::Mat& out, int factor, std::span<con
         4 * cv::getNumThreads());
 }
 
-/// `in` and `out` are CV_32FC4 of one size and do not overlap.
-inline void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur, bool streams) {
-    if (blur.factor == 1) return separableFir(in, out, blur.small, streams);
+/// `in` and `out` are CV_32FC4 of one size and do not overlap; `blurSmall(from, to, streams)` is what happens
+/// between the ways down and up.
+template <class BlurSmall>
+void decimatedBlur(const cv::Mat& in, cv::Mat& out, const DecimatedBlur& blur, bool streams,
+                   BlurSmall blurSmall) {
+    if (blur.factor == 1) return blurSmall(in, out, streams);
     // The output is written last, so its memory can hold the small image until then.
     cv::Mat small = decimatedImage(in, blur.factor, blur.prefilter, out);
     Scratch memory(4 * (small.total() + beyondSmall));
     cv::Mat blurred(small.size(), CV_32FC4, memory.data());
-    separableFir(small, blurred, blur.small);
+    blurSmall(small, blurred, false);
     if (isOfFourBoxes(blur.factor, blur.up))
         enlargedImage<4>(blurred, out, blur.factor, blur.up, streams);
     else

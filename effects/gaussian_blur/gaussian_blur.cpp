@@ -119,9 +119,10 @@ void run(const GaussianBlur& p, const CpuContext& c) {
                             {c.derived("poles"), c.derived("centerTap")[0], c.derived("poleOrigin")[0]});
     else if (p.method == decimated)
         blur::decimatedBlur(c.input, out,
-                            {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("smallTaps"),
-                             c.derived("enlarging")},
-                            c.outputIsStreamed);
+                            {int(c.derived("factor")[0]), c.derived("prefilter"), c.derived("enlarging")},
+                            c.outputIsStreamed, [&](const cv::Mat& from, cv::Mat& to, bool streams) {
+                                blur::separableFir(from, to, c.derived("smallTaps"), streams);
+                            });
     else if (p.method == box)
         blur::boxBlur(
             c.input, out,
@@ -247,6 +248,7 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
         choices.push_back(
             {method, name, tolerance, error, peak,
              costOf(method, sigma, tolerance, reach) * in.scene.size.area() / in.frame.size.area()});
+        if (method == decimated) choices.back().likely = blur::likelihoodDecimated;
     };
     // A little less than would show: rounded to fp32 it must not be more.
     offer(fir, "fir", std::clamp(.999 * unseen.error(1.5), 1e-6, 1e-3), 1.5);
