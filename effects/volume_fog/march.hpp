@@ -2,6 +2,7 @@
 // plain, and vectorises.
 #pragma once
 
+#include "effect/kit/gather.hpp"
 #include "volume_fog/march_noise.hpp"
 #include "volume_fog/tile.hpp"
 
@@ -121,18 +122,9 @@ BRUME_VECTORISE inline bool placeInShadowMap(March& m) {
     return true;
 }
 
-// Loads one by one, two to a store: what compilers make of indices in vectors takes longer.
 inline void shadeStep(March& m) {
-    if (!m.hasShadow || !placeInShadowMap(m)) return;
-    Tile& tile = m.tile;
-    const float* map = m.shadowMap.ptr<float>();
-    for (int x = 0; x < tileWidth; x += 2) {
-        uint32_t a, b;
-        std::memcpy(&a, map + tile.mapIndex[x], 4);
-        std::memcpy(&b, map + tile.mapIndex[x + 1], 4);
-        const uint64_t both = a | uint64_t(b) << 32;
-        std::memcpy(tile.nearest + x, &both, 8);
-    }
+    if (m.hasShadow && placeInShadowMap(m))
+        brume::gather(m.shadowMap.ptr<float>(), m.tile.mapIndex, m.tile.nearest, tileWidth);
 }
 
 // Share of sunlight that arrives.

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "cpu/cpu_runner.hpp"
+#include "effect/kit/gather.hpp"
 #include "effect/kit/math.hpp"
 #include "effect/preset.hpp"
 #include "frame/read.hpp"
@@ -43,6 +44,18 @@ static FramePair pixel(float depth, cv::Vec4f color = {.5f, .5f, .5f, .25f}) {
     return pair;
 }
 const float infinity = std::numeric_limits<float>::infinity();
+
+TEST(Kit, GatheringFindsWhatOneByOneDoes) {
+    std::vector<float> table(5000), found(64);
+    std::vector<int32_t> index(64);
+    for (size_t k = 0; k < table.size(); k++) table[k] = float(k) * .5f;
+    for (size_t k = 0; k < index.size(); k++) index[k] = int32_t(k * k * 1237 % 4000);
+    gather(table.data() + 1000, index.data(), found.data(), 48);
+    for (size_t k = 0; k < index.size(); k++) {
+        const float wanted = k < 48 ? table[size_t(index[k]) + 1000] : 0;
+        EXPECT_EQ(found[k], wanted) << k;
+    }
+}
 
 TEST(DepthFog, NoDensityIsTheIdentityEvenAtSky) {
     auto pair = frame();
