@@ -52,6 +52,18 @@ class Checks final : public json::json_sax_t {
     std::vector<std::set<std::string>> keys_;  // of each object that is open
 };
 
+// A sentence's beginning and end: the library repeats the whole token that it could not read, a file's worth
+// of line ends too.
+std::string shortened(const std::string& sentence) {
+    constexpr size_t most = 400;
+    if (sentence.size() <= most) return sentence;
+    auto isWithin = [&](size_t at) { return (static_cast<unsigned char>(sentence[at]) & 0xc0) == 0x80; };
+    size_t head = most / 2, tail = sentence.size() - most / 2;  // between characters
+    while (isWithin(head)) head--;
+    while (tail < sentence.size() && isWithin(tail)) tail++;
+    return sentence.substr(0, head) + " ... " + sentence.substr(tail);
+}
+
 }  // namespace
 
 json parseJson(std::string_view text) {
@@ -78,7 +90,8 @@ std::string reasonOf(const json::exception& error) {
     const std::string what =
         error.what();  // "[json.exception.type_error.302] type must be string, but is null"
     const size_t start = what.find("] ");
-    return what.starts_with("[json.") && start != std::string::npos ? what.substr(start + 2) : what;
+    return shortened(what.starts_with("[json.") && start != std::string::npos ? what.substr(start + 2)
+                                                                              : what);
 }
 
 std::string shownJson(const json& value) {

@@ -17,7 +17,7 @@ nlohmann::json parseJson(std::string_view text);
 /// JSON that may say a key twice, of which the last counts; discarded where it is too deep or no JSON.
 nlohmann::json parseLooseJson(std::string_view text);
 
-/// What was wrong, without the exception's number, which says nothing to people.
+/// What was wrong, in a sentence or two, without the exception's number, which says nothing to people.
 std::string reasonOf(const nlohmann::json::exception& error);
 
 /// As JSON, keys in alphabetical order; text that is no UTF-8, such as some paths, does not stop it.

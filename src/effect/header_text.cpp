@@ -48,7 +48,7 @@ json parseDescription(const std::string& path, const std::string& fileText, cons
     } catch (const json::parse_error& error) {
         const json repaired = parseLooseJson(repairJson(comment));
         if (repaired.is_object() && !repaired.empty() && !repaired.contains("SPACE")) return repaired;
-        const std::string what = error.what();  // "[...] parse error at line 6, column 10: what is wrong"
+        const std::string what = reasonOf(error);  // "parse error at line 6, column 10: what is wrong"
         const size_t place = what.find(", column"), reason = what.find(": ", place);
         failUsage(path, ":", lineAt(fileText, error.byte), ": the description is not JSON: ",
                   reason == std::string::npos ? what : what.substr(reason + 2));

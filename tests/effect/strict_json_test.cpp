@@ -50,6 +50,23 @@ TEST(StrictJson, RefusesNumbersBeyondADouble) {
     EXPECT_EQ(refusal("{\"a\": 1e308, \"b\": 123456789012345678901234567890}"), "");
 }
 
+// A string of 255,000 line ends came back as 2 MB of "<U+000A>".
+TEST(StrictJson, AReasonIsASentenceWhateverTheFileHolds) {
+    for (const char* part : {"\n", "\xc3\xa9", "\xf0\x9f\x8c\xab"}) {
+        const std::string text = "{\"a\": \"" + repeated(part, 100000) + "\x01";
+        try {
+            parseJson(text);
+            FAIL() << "was read";
+        } catch (const nlohmann::json::parse_error& error) {
+            const std::string reason = reasonOf(error);
+            EXPECT_LE(reason.size(), 410u);
+            EXPECT_EQ(reason.find("parse error at line "), 0u) << reason;
+            EXPECT_EQ(shownJson(nlohmann::json(reason)).find("\xef\xbf\xbd"), std::string::npos)
+                << "a character is cut: " << reason;
+        }
+    }
+}
+
 TEST(StrictJson, ShowsTextThatIsNoUtf8) {
     const std::string shown =
         shownJson(nlohmann::json("a\xdc"
