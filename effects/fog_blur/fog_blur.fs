@@ -64,7 +64,7 @@
   "BREAKS": [
     "ladder: a pixel may be off by a fiftieth (.02) of the brightest light within its blur, somewhat more beside silhouettes that are kept. That is seen only in the dark beside bright lights",
     "ladder: a picture that blurs differently from place to place, and keeps edges, needs many rungs to be exact beside bright lights in the dark; each doubling takes about half of the error or more away",
-    "auto tries ladders on the picture itself, which takes 67 ms in the median and up to 460 at 1280x720 on two cores: ask for a method where frames have to be quick",
+    "auto tries ladders on the picture itself, which takes 84 to 147 ms in the median and up to 900 at 1280x720 on two cores: ask for a method where frames have to be quick",
     "gather: costs as many taps as its largest blur covers, (8 radii)²: choose ladder where speed counts more",
     "edges: bleed mixes up to half of a near surface into what lies behind its silhouette",
     "GLSL keeps the ladder in one strip about eight times as wide as the frame, of more rungs in one so many times as high: too wide for 4K on some drivers"
