@@ -122,9 +122,11 @@ BRUME_VECTORISE inline bool placeInShadowMap(March& m) {
     return true;
 }
 
-inline void shadeStep(March& m) {
-    if (m.hasShadow && placeInShadowMap(m))
-        brume::gather(m.shadowMap.ptr<float>(), m.tile.mapIndex, m.tile.nearest, tileWidth);
+/// Whether any of the rays is in the map.
+inline bool shadeStep(March& m) {
+    if (!m.hasShadow || !placeInShadowMap(m)) return false;
+    brume::gather(m.shadowMap.ptr<float>(), m.tile.mapIndex, m.tile.nearest, tileWidth);
+    return true;
 }
 
 // Share of sunlight that arrives.
@@ -132,14 +134,18 @@ BRUME_INLINE float sunShare(const Tile& tile, int x, float shaded) {
     return tile.sunDepth[x] > tile.nearest[x] ? shaded : 1.0f;
 }
 
-BRUME_VECTORISE inline void lightStep(March& m) {
-    Tile& tile = m.tile;
-    const float shaded = 1.0f - m.p.shadow_strength;
+BRUME_VECTORISE inline void lightStep(Tile& tile, bool isInMap) {
+    if (!isInMap) {
+        std::memcpy(tile.lightRed, tile.litRed, sizeof(Lanes));
+        std::memcpy(tile.lightGreen, tile.litGreen, sizeof(Lanes));
+        std::memcpy(tile.lightBlue, tile.litBlue, sizeof(Lanes));
+        return;
+    }
     for (int x = 0; x < tileWidth; x++) {
-        const float sun = sunShare(tile, x, shaded);
-        tile.lightRed[x] = m.ambient[0] + sun * tile.sunRed[x];
-        tile.lightGreen[x] = m.ambient[1] + sun * tile.sunGreen[x];
-        tile.lightBlue[x] = m.ambient[2] + sun * tile.sunBlue[x];
+        const bool isShaded = tile.sunDepth[x] > tile.nearest[x];
+        tile.lightRed[x] = isShaded ? tile.dimRed[x] : tile.litRed[x];
+        tile.lightGreen[x] = isShaded ? tile.dimGreen[x] : tile.litGreen[x];
+        tile.lightBlue[x] = isShaded ? tile.dimBlue[x] : tile.litBlue[x];
     }
 }
 
@@ -163,64 +169,84 @@ BRUME_INLINE float angleOf(float sine, float cosine) {
 
 // 8.2 ... and each lamp: its mean over the part of the step that is within its range. By midpoint, or
 // (equiangular) with 1/(distance² + core²) integrated exactly as the angle it subtends, the rest taken at the
-// angle's middle.
-template <bool equiangular, bool isotropic>
+// angle's middle. A whole step's midpoint needs no parts: the same without what is then 1.
+enum class LampStep { Part, Whole, Equiangular };
+
+template <LampStep kind, bool isotropic>
 BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float anisotropy) {
     const float* l = lamp.rows;
     const float g = std::abs(anisotropy), side = anisotropy < 0 ? -1.0f : 1.0f;
+    alignas(64) Lanes mean;
     BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
-        const float from = most(lamp.enter[x], tile.t0[x]);
-        const float length = most(least(lamp.leave[x], tile.t1[x]) - from, 0.0f);
-        const float a = from - lamp.along[x], b = a + length;  // m past the closest approach
-        const float step = most(tile.t1[x] - tile.t0[x], 1e-30f);
-        float beyond, mean;
-        if constexpr (equiangular) {
-            const float core2 = lamp.apart2[x] + l[11], core = std::sqrt(core2);
-            const float ra = std::sqrt(core2 + a * a), rb = std::sqrt(core2 + b * b);
-            beyond = (a * rb + b * ra) / (ra + rb);
-            const float angle = angleOf(core * length, core2 + a * b);
+        float beyond;
+        if constexpr (kind == LampStep::Whole) {
+            beyond = (tile.t0[x] - lamp.along[x]) + tile.u[x] * (tile.t1[x] - tile.t0[x]);
             const float distance2 = lamp.apart2[x] + beyond * beyond;
-            const float attenuation = l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2;
-            mean = l[7] / step * (angle / core) * ((core2 + beyond * beyond) / attenuation);
+            mean[x] = l[7] / (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2);
         } else {
-            beyond = a + tile.u[x] * length;
-            const float distance2 = lamp.apart2[x] + beyond * beyond;
-            mean = l[7] * length / (step * (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2));
+            const float from = most(lamp.enter[x], tile.t0[x]);
+            const float length = most(least(lamp.leave[x], tile.t1[x]) - from, 0.0f);
+            const float a = from - lamp.along[x], b = a + length;  // m past the closest approach
+            const float step = most(tile.t1[x] - tile.t0[x], 1e-30f);
+            if constexpr (kind == LampStep::Equiangular) {
+                const float core2 = lamp.apart2[x] + l[11], core = std::sqrt(core2);
+                const float ra = std::sqrt(core2 + a * a), rb = std::sqrt(core2 + b * b);
+                beyond = (a * rb + b * ra) / (ra + rb);
+                const float angle = angleOf(core * length, core2 + a * b);
+                const float distance2 = lamp.apart2[x] + beyond * beyond;
+                const float attenuation = l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2;
+                mean[x] = l[7] / step * (angle / core) * ((core2 + beyond * beyond) / attenuation);
+            } else {
+                beyond = a + tile.u[x] * length;
+                const float distance2 = lamp.apart2[x] + beyond * beyond;
+                mean[x] = l[7] * length / (step * (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2));
+            }
         }
-        if constexpr (isotropic) {
-            mean *= 0.25f;
-        } else {
+        if constexpr (!isotropic) {
             // The versine of the angle to the lamp, without cancellation looking into it.
             const float c = beyond * side;
             const float distance = most(std::sqrt(lamp.apart2[x] + c * c), 1e-18f);
             const float versine =
                 c < 0.0f ? lamp.apart2[x] / (distance * (distance - c)) : 1.0f + c / distance;
-            mean *= scatteredShare(phase, g, versine);
+            mean[x] *= scatteredShare(phase, g, versine);
         }
-        tile.lightRed[x] += mean * l[4];
-        tile.lightGreen[x] += mean * l[5];
-        tile.lightBlue[x] += mean * l[6];
+    }
+    float* light[3] = {tile.lightRed, tile.lightGreen, tile.lightBlue};
+    for (int k = 0; k < 3; k++) {
+        const float color = isotropic ? 0.25f * l[4 + k] : l[4 + k];
+        float* sum = light[k];
+        if (color == 0.0f) continue;
+        BRUME_APART
+        for (int x = 0; x < tileWidth; x++) sum[x] += mean[x] * color;
     }
 }
 
-BRUME_VECTORISE inline void addLamp(March& m, const LampTile& lamp) {
-    const bool isEquiangular = m.p.method == Equiangular, isIsotropic = m.p.phase == Isotropic;
-    if (isEquiangular && isIsotropic)
-        addLampLoop<true, true>(m.tile, lamp, Isotropic, 0);
-    else if (isEquiangular)
-        addLampLoop<true, false>(m.tile, lamp, m.p.phase, m.p.anisotropy);
-    else if (isIsotropic)
-        addLampLoop<false, true>(m.tile, lamp, Isotropic, 0);
+template <LampStep kind>
+BRUME_INLINE void addLampOf(March& m, const LampTile& lamp) {
+    if (m.p.phase == Isotropic)
+        addLampLoop<kind, true>(m.tile, lamp, Isotropic, 0);
     else
-        addLampLoop<false, false>(m.tile, lamp, m.p.phase, m.p.anisotropy);
+        addLampLoop<kind, false>(m.tile, lamp, m.p.phase, m.p.anisotropy);
+}
+
+BRUME_VECTORISE inline void addLamp(March& m, const LampTile& lamp, bool isWhole) {
+    if (m.p.method == Equiangular)
+        addLampOf<LampStep::Equiangular>(m, lamp);
+    else if (isWhole)
+        addLampOf<LampStep::Whole>(m, lamp);
+    else
+        addLampOf<LampStep::Part>(m, lamp);
 }
 
 // Lamps that no ray of the tile is near during step i (or one beside it, for rounding) add nothing.
 inline void addLamps(March& m, int i) {
-    for (int k = 0; k < m.lampCount; k++)
-        if (float(i) + 2.0f > m.lamps[k].firstStep && float(i) - 1.0f < m.lamps[k].lastStep)
-            addLamp(m, m.lamps[k]);
+    const float begin = float(i), end = begin + 1.0f;
+    for (int k = 0; k < m.lampCount; k++) {
+        const LampTile& lamp = m.lamps[k];
+        if (end + 1.0f > lamp.firstStep && begin - 1.0f < lamp.lastStep)
+            addLamp(m, lamp, begin - 1.0f > lamp.firstWhole && end + 1.0f < lamp.lastWhole);
+    }
 }
 
 // Falloffs that have not begun on any ray of the tile by the end of step i are factors of 1.

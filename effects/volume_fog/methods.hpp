@@ -11,10 +11,10 @@ inline void marchSteps(March& m) {
     const bool areThin = areStepsThin(m), isLightEven = !m.hasShadow && !m.lampCount && !m.severalAlbedos;
     for (int i = 0; i < m.p.steps; i++) {
         placeStep(m, i, u);
-        shadeStep(m);
+        const bool isInMap = shadeStep(m);
         if (m.p.noise != NoNoise) placeNoise(m, i);
         addVolumes(m, i);
-        if (i == 0 || !isLightEven) lightStep(m);
+        if (i == 0 || !isLightEven) lightStep(m.tile, isInMap);
         addLamps(m, i);
         if (m.severalAlbedos) tintStep(m.tile);
         addStep(m.tile, areThin);
@@ -87,8 +87,7 @@ inline void marchPanels(March& m, int panels) {
             placeStep(m, i, nodeAt[j]);
             if (m.p.noise != NoNoise) placeNoise(m, i);
             addVolumes(m, i);
-            shadeStep(m);
-            lightStep(m);
+            lightStep(m.tile, shadeStep(m));
             addLamps(m, i);
             if (m.severalAlbedos) tintStep(m.tile);
             std::memcpy(panel.depth[j], m.tile.stepDepth, sizeof(Lanes));

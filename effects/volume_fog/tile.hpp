@@ -41,7 +41,8 @@ struct LampTile {
     alignas(64) Lanes along, apart2;  // m to its closest approach, and its distance² there
     Lanes enter, leave;               // m, within range
     const float* rows;
-    float firstStep, lastStep;  // of the march, whose rays come within its range
+    float firstStep, lastStep;    // of the march, whose rays come within its range
+    float firstWhole, lastWhole;  // within which all rays' steps wholly are
 };
 
 // What a march carries for each pixel.
@@ -50,7 +51,8 @@ struct Tile {
     Lanes begin, stride;                // m: fogged part of the ray, and its share of a step
     Lanes depth, through, stop;         // optical depth so far, transmittance so far, depth to stop at
     Lanes red, green, blue;             // in-scattered so far
-    Lanes sunRed, sunGreen, sunBlue;    // sunlight scattered towards the eye where there is no shadow
+    Lanes litRed, litGreen, litBlue;    // of the sky and, where there is no shadow, of the sun
+    Lanes dimRed, dimGreen, dimBlue;    // the same in shadow
     Lanes shadowU, shadowV, shadowD;    // way through the shadow map per m
     Lanes mapEnter, mapLeave;           // m: there the ray is within the shadow map, or a little beyond
     // of the current step
@@ -236,12 +238,16 @@ BRUME_VECTORISE inline void passLamps(March& m) {
             lamp.enter[x] = along - half;
             lamp.leave[x] = half > 0.0f ? along + half : -1.0f;
         }
-        lamp.firstStep = 3e38f, lamp.lastStep = -1;
+        lamp.firstStep = lamp.lastWhole = 3e38f, lamp.lastStep = lamp.firstWhole = -1;
         for (int x = 0; x < tileWidth; x++) {
-            if (!(lamp.leave[x] > tile.begin[x])) continue;
             const float share = 1.0f / most(tile.stride[x], 1e-30f);
-            lamp.firstStep = least(lamp.firstStep, (lamp.enter[x] - tile.begin[x]) * share);
-            lamp.lastStep = most(lamp.lastStep, (lamp.leave[x] - tile.begin[x]) * share);
+            const float first = (lamp.enter[x] - tile.begin[x]) * share,
+                        last = (lamp.leave[x] - tile.begin[x]) * share;
+            lamp.firstWhole = most(lamp.firstWhole, first);
+            lamp.lastWhole = least(lamp.lastWhole, last);
+            if (!(lamp.leave[x] > tile.begin[x])) continue;
+            lamp.firstStep = least(lamp.firstStep, first);
+            lamp.lastStep = most(lamp.lastStep, last);
         }
     }
 }
@@ -259,12 +265,14 @@ BRUME_VECTORISE inline void startMarch(March& m) {
     Tile& tile = m.tile;
     const float g = std::abs(m.p.anisotropy), side = m.p.anisotropy < 0 ? -1.0f : 1.0f;
     const cv::Vec3f s = m.towardsSun * side;
+    const float shaded = 1.0f - m.p.shadow_strength;
     for (int x = 0; x < tileWidth; x++) {
         const float versine = brume::versineBetween(tile.dx[x], tile.dy[x], tile.dz[x], s[0], s[1], s[2]);
         const float share = scatteredShare(m.p.phase, g, versine);
-        tile.sunRed[x] = share * m.sunLight[0];
-        tile.sunGreen[x] = share * m.sunLight[1];
-        tile.sunBlue[x] = share * m.sunLight[2];
+        const float red = share * m.sunLight[0], green = share * m.sunLight[1], blue = share * m.sunLight[2];
+        tile.litRed[x] = m.ambient[0] + red, tile.dimRed[x] = m.ambient[0] + shaded * red;
+        tile.litGreen[x] = m.ambient[1] + green, tile.dimGreen[x] = m.ambient[1] + shaded * green;
+        tile.litBlue[x] = m.ambient[2] + blue, tile.dimBlue[x] = m.ambient[2] + shaded * blue;
         tile.depth[x] = tile.red[x] = tile.green[x] = tile.blue[x] = 0;
         tile.through[x] = tile.noise[x] = 1;
         tile.stop[x] = 3e38f;
@@ -289,9 +297,9 @@ BRUME_VECTORISE inline void startMarch(March& m) {
     if (!m.p.early_stop) return;
     Lanes red, green, blue;
     for (int x = 0; x < tileWidth; x++) {
-        red[x] = m.ambient[0] + tile.sunRed[x];
-        green[x] = m.ambient[1] + tile.sunGreen[x];
-        blue[x] = m.ambient[2] + tile.sunBlue[x];
+        red[x] = tile.litRed[x];
+        green[x] = tile.litGreen[x];
+        blue[x] = tile.litBlue[x];
     }
     const float strongest = scatteredShare(m.p.phase, g, 0.0f);
     for (int k = 0; k < m.lampCount; k++) {
