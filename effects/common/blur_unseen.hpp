@@ -253,8 +253,9 @@ class Unseen {
         // Along one axis the density lies between sure - shade and bright - shade.
         std::vector<float> sure, bright, shade;
         for (int d = -reach; d <= reach; d++) {
-            const double from = std::max(0, std::abs(d) - 1) / deviation, to = (std::abs(d) + 1) / deviation;
-            const int parts = int(std::ceil((to - from) * 32));
+            const double from = std::min(wanted.reach, std::max(0, std::abs(d) - 1) / deviation),
+                         to = std::min(wanted.reach, (std::abs(d) + 1) / deviation);
+            const int parts = 1 + int((to - from) * 32);
             double least = HUGE_VAL, most = -HUGE_VAL;
             for (int k = 0; k <= parts; k++) {
                 const double x = wanted.density(from + (to - from) * k / parts) / deviation;
