@@ -139,12 +139,15 @@ struct Ray {
             if (q[k] < w.low[k] || q[k] > w.high[k]) return 0;
         return insideDensity(w, t);
     }
-    double insideDensity(const Wall& w, double t) const {
+    /// Where its falloffs have come `farther` along each axis, m.
+    double insideDensity(const Wall& w, double t, const cv::Vec3d& farther = {}) const {
         const cv::Vec3d q = at(t);
-        double density = w.density * falloff(w.heightFalloff, q[1] - w.heightStart, w.heightDistance);
+        double density =
+            w.density * falloff(w.heightFalloff, q[1] - w.heightStart + farther[1], w.heightDistance);
         for (int k = 0; k < 2; k++)
-            density *= falloff(w.edgeFalloff, std::abs(q[2 * k] - w.centre[k]) - w.edgeStart[k],
-                               w.half[k] - w.edgeStart[k]);
+            density *=
+                falloff(w.edgeFalloff, std::abs(q[2 * k] - w.centre[k]) - w.edgeStart[k] + farther[2 * k],
+                        w.half[k] - w.edgeStart[k]);
         return density;
     }
     double noise(double t) const {
