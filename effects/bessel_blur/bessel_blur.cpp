@@ -95,9 +95,11 @@ std::vector<double> centerTap(const BesselBlur& p, const DeriveContext& c) {
 // Where the CPU's bands take the recursion: reach is 0 elsewhere.
 blur::Cascade cascadeNumbersOf(const BesselBlur& p, const DeriveContext& c) {
     if ((p.method != recursive && p.method != decimated) || radiusOf(p, c) < .4) return {};
-    const blur::Cascade cascade = blur::cascadeOf(exponentialsOf(p, c));
+    const blur::Exponentials e = exponentialsOf(p, c);
+    blur::Cascade cascade = blur::cascadeOf(e);
     const int factor = factorOf(p, c),
               height = factor == 1 ? c.size.height : blur::smallLength(c.size.height, factor);
+    if (factor > 1) cascade.reach = blur::reachOf(e.terms[0].pole, blur::besselSmallCut);
     return blur::isCascaded(height, cascade.reach) ? cascade : blur::Cascade{};
 }
 std::vector<double> cascadeReach(const BesselBlur& p, const DeriveContext& c) {
@@ -220,7 +222,7 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         choices.push_back({method, name, tolerance, error, peak,
                            costOf(method, factorOf(blur, in.scene), reach, isSmall) * in.scene.size.area() /
                                in.frame.size.area()});
-        if (method == decimated) choices.back().likely = blur::likelihoodDecimated;
+        if (factorOf(blur, in.scene) > 1) choices.back().likely = blur::likelihoodDecimated;
     };
     // A little less than would show: rounded to fp32 it must not be more.
     offer(fir, "fir", std::clamp(.999 * unseen.error(1), 1e-6, 1e-3), 1);
@@ -231,7 +233,8 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         offer(decimated, "decimated", blur::besselTolerance(radius, factor), 4);
         if (factor == 1 || choices.empty() || choices.back().method != decimated) break;
         choices.back().axis = blur::besselAxisError(radius, factor);
-    } while (in.chooses("tolerance") && unseen.share(choices.back()) > 1 && --factor > 1);
+    } while (in.chooses("tolerance") && blur::besselTolerance(radius, factor) > 1e-6 &&
+             unseen.share(choices.back()) > 1 && --factor > 1);
     offer(hold, "hold", 1e-3, 4);
     offer(bilinear, "bilinear", 1e-3, 4);
     blur::choose(plan, in, unseen, choices);

@@ -173,8 +173,10 @@ inline Exponentials normalised(Exponentials e) {
     return e;
 }
 
-/// Px beyond which less than a millionth of an exponential is left.
-inline int reachOf(Complex pole) { return int(std::ceil(std::log(7e-7) / std::log(std::abs(pole)))); }
+/// Px beyond which no more than so much of an exponential is left.
+inline int reachOf(Complex pole, double left = 7e-7) {
+    return int(std::ceil(std::log(left) / std::log(std::abs(pole))));
+}
 
 /// A two-sided sum of one term, whose spectrum is above 0, as one real filter that runs forward and then
 /// backward: v' = keep·v + s, s' = damping·s + x - pull·v, and what it gives is v' + slope·s' + before·v.

@@ -248,7 +248,8 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
         choices.push_back(
             {method, name, tolerance, error, peak,
              costOf(method, sigma, tolerance, reach) * in.scene.size.area() / in.frame.size.area()});
-        if (method == decimated) choices.back().likely = blur::likelihoodDecimated;
+        if (method == decimated && blur::gaussianFactor(sigma, tolerance) > 1)
+            choices.back().likely = blur::likelihoodDecimated;
     };
     // A little less than would show: rounded to fp32 it must not be more.
     offer(fir, "fir", std::clamp(.999 * unseen.error(1.5), 1e-6, 1e-3), 1.5);

@@ -71,8 +71,9 @@ inline brume::ReferencePixel referencePixel(const truth::Scene& scene, const bru
     for (int k = 0; k < 3; k++)
         if (!std::isfinite(color[k]) && (transmittance > least) != (replayed.transmittance > 1.001 * least))
             pixel.ambiguous = true;
+    const double mostNoise = scene.p.noise == Additive ? 1. + scene.p.noise_strength : 1.;
     double rounding = 0;
-    for (const truth::Wall& w : scene.walls) rounding += wallRounding(ray, w, transmittance);
+    for (const truth::Wall& w : scene.walls) rounding += mostNoise * wallRounding(ray, w, transmittance);
     // 4 ulp of a place in the noise, whose slope is at most about 4 a cell.
     if (scene.p.noise != NoNoise)
         rounding += 2.4e-7 * 4 * std::min(integral.depth, 1.) * scene.p.noise_strength *
