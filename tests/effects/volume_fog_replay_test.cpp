@@ -69,7 +69,8 @@ TEST(VolumeFogMethods, InFp32AreThemselvesInFp64OnTheChecksFrames) {
     EXPECT_LE(leftOut, compared / 100);
 }
 
-// The largest share that the CPU half takes of what the reference grants.
+// The largest share that the CPU half takes of what the reference grants, beside 2e-6 of a pixel's scale:
+// less than the check's own.
 double shareOfBound(const Chain& chain, const FramePair& frame) {
     using namespace volume_fog;
     const Effect& effect = *chain.steps.front().effect;
@@ -82,8 +83,7 @@ double shareOfBound(const Chain& chain, const FramePair& frame) {
     for (int i = 0; i < int(image.total()); i++) {
         const cv::Point at(i % image.cols, i / image.cols);
         const ReferencePixel pixel = referencePixel(scene, context, at);
-        const double bound =
-            effect.header.tolerance.reference * pixel.scale + pixel.allowance + pixel.methodError;
+        const double bound = 2e-6 * pixel.scale + pixel.allowance + pixel.methodError;
         for (int n = 0; n < 3; n++)
             worst = std::max(worst, std::abs(image.at<cv::Vec4f>(at)[n] - pixel.color[n]) / bound);
     }
@@ -93,8 +93,6 @@ double shareOfBound(const Chain& chain, const FramePair& frame) {
 // Hundreds of equal steps are all rounded alike: up to 1.1e-5 of the light at 486, which the reference's own
 // account of its sums grants.
 TEST(VolumeFogMethods, ManyThinStepsRoundNoMoreThanTheirSumsMay) {
-    using namespace volume_fog;
-    const auto effect = EffectRegistry::standard().find("volume_fog");
     FramePair frame = fogFrame({20, 4});
     int k = 0;
     for (float& depth : cv::Mat_<float>(frame.depth)) depth = 2e-5f * float(++k);
@@ -124,7 +122,7 @@ TEST(VolumeFogMethods, ALittleDepthInBrightLightMayBeRoundedAsItsLightIs) {
                     R"("ambient": [60000, 9000, 50000], "height_falloff": "linear", "height_start": )",
                     top - 139, R"(, "height_distance": 139}]})"),
                 "test", EffectRegistry::standard());
-            EXPECT_LE(shareOfBound(chain, frame), 1) << method << " " << top;  // measured: .15 to .70
+            EXPECT_LE(shareOfBound(chain, frame), 1) << method << " " << top;  // measured: .15 to .71
         }
 }
 
