@@ -96,36 +96,43 @@ BRUME_VECTORISE inline void addVolume(Tile& tile, const VolumeTile& volume, bool
 
 // 8. Light that reaches the step: ambient, sun unless in shadow ... Where in the map's floats a step is, and
 // its depth there; nothing is behind a depth of -inf.
-BRUME_VECTORISE inline bool placeInShadowMap(March& m) {
+template <bool areWithin>
+BRUME_INLINE void placeInMapLoop(March& m) {
     Tile& tile = m.tile;
-    int isOnMap = 0;
-    for (int x = 0; x < tileWidth; x++)
-        isOnMap |= (tile.at[x] >= tile.mapEnter[x]) & (tile.at[x] <= tile.mapLeave[x]);
-    if (!isOnMap) {
-        for (int x = 0; x < tileWidth; x++) tile.sunDepth[x] = -HUGE_VALF;
-        return false;
-    }
     const float* r = m.shadowRows;
     const float width = float(m.shadowMap.cols), height = float(m.shadowMap.rows);
     const int32_t rowFloats = int32_t(m.shadowMap.step1()), channels = m.shadowMap.channels();
     BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
-        const float u = (r[3] + tile.shadowU[x] * tile.at[x]) * width;
-        const float v = (r[7] + tile.shadowV[x] * tile.at[x]) * height;
-        const float d = r[11] + tile.shadowD[x] * tile.at[x];
-        const int32_t i = int32_t(least(most(u, 0.0f), width - 1.0f));
-        const int32_t j = int32_t(least(most(v, 0.0f), height - 1.0f));
-        const bool isOnIt = (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height) & (d <= 1.0f);
-        tile.mapIndex[x] = j * rowFloats + channels * i;
-        tile.sunDepth[x] = isOnIt ? d : -HUGE_VALF;
+        float u = (r[3] + tile.shadowU[x] * tile.at[x]) * width;
+        float v = (r[7] + tile.shadowV[x] * tile.at[x]) * height;
+        float d = r[11] + tile.shadowD[x] * tile.at[x];
+        if constexpr (!areWithin) {
+            const bool isOnIt = (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height) & (d <= 1.0f);
+            d = isOnIt ? d : -HUGE_VALF;
+            u = least(most(u, 0.0f), width - 1.0f);
+            v = least(most(v, 0.0f), height - 1.0f);
+        }
+        tile.mapIndex[x] = int32_t(v) * rowFloats + channels * int32_t(u);
+        tile.sunDepth[x] = d;
     }
-    return true;
 }
 
-/// Whether any of the rays is in the map.
-inline bool shadeStep(March& m) {
-    if (!m.hasShadow || !placeInShadowMap(m)) return false;
-    brume::gather(m.shadowMap.ptr<float>(), m.tile.mapIndex, m.tile.nearest, tileWidth);
+BRUME_VECTORISE inline void placeInMap(March& m, bool areWithin) {
+    if (areWithin)
+        placeInMapLoop<true>(m);
+    else
+        placeInMapLoop<false>(m);
+}
+
+/// Whether any of the rays may be in shadow during step i.
+inline bool shadeStep(March& m, int i) {
+    if (!m.hasShadow) return false;
+    Tile& tile = m.tile;
+    const float begin = float(i), end = begin + 1.0f;
+    if (!(end + 1.0f > tile.firstInMap && begin - 1.0f < tile.lastInMap)) return false;
+    placeInMap(m, begin - 1.0f > tile.firstWhollyIn && end + 1.0f < tile.lastWhollyIn);
+    brume::gather(m.shadowMap.ptr<float>(), tile.mapIndex, tile.nearest, tileWidth);
     return true;
 }
 

@@ -11,7 +11,7 @@ inline void marchSteps(March& m) {
     const bool areThin = areStepsThin(m), isLightEven = !m.hasShadow && !m.lampCount && !m.severalAlbedos;
     for (int i = 0; i < m.p.steps; i++) {
         placeStep(m, i, u);
-        const bool isInMap = shadeStep(m);
+        const bool isInMap = shadeStep(m, i);
         if (m.p.noise != NoNoise) placeNoise(m, i);
         addVolumes(m, i);
         if (i == 0 || !isLightEven) lightStep(m.tile, isInMap);
@@ -87,7 +87,7 @@ inline void marchPanels(March& m, int panels) {
             placeStep(m, i, nodeAt[j]);
             if (m.p.noise != NoNoise) placeNoise(m, i);
             addVolumes(m, i);
-            lightStep(m.tile, shadeStep(m));
+            lightStep(m.tile, shadeStep(m, i));
             addLamps(m, i);
             if (m.severalAlbedos) tintStep(m.tile);
             std::memcpy(panel.depth[j], m.tile.stepDepth, sizeof(Lanes));
@@ -154,13 +154,14 @@ inline void marchP2(March& m) {
         tile.begin[x] = 0;
         tile.stride[x] = tile.far[x] * share;
     }
+    if (m.hasShadow) crossShadowMap(m);
     for (int i = 0; i < m.p.steps; i++) {
         placeStep(m, i, 0.0f);
         if (m.p.noise != NoNoise) placeNoise(m, i);
         for (int k = 0; k < m.volumeCount; k++) addVolumeP2(tile, m.volumes[k]);
-        shadeStep(m);
+        const bool isInMap = shadeStep(m, i);
         for (int x = 0; x < tileWidth; x++) {
-            const float sun = sunShare(tile, x, 1.0f - m.p.shadow_strength);
+            const float sun = isInMap ? sunShare(tile, x, 1.0f - m.p.shadow_strength) : 1.0f;
             const float red = m.sunLight[0] * sun, green = m.sunLight[1] * sun, blue = m.sunLight[2] * sun;
             tile.lightRed[x] = red + mixed * (m.p.ambient[0] - red);
             tile.lightGreen[x] = green + mixed * (m.p.ambient[1] - green);

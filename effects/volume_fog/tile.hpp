@@ -54,7 +54,6 @@ struct Tile {
     Lanes litRed, litGreen, litBlue;    // of the sky and, where there is no shadow, of the sun
     Lanes dimRed, dimGreen, dimBlue;    // the same in shadow
     Lanes shadowU, shadowV, shadowD;    // way through the shadow map per m
-    Lanes mapEnter, mapLeave;           // m: there the ray is within the shadow map, or a little beyond
     // of the current step
     Lanes t0, t1, at, u, noise;  // m, m, m, 0..1, factor
     Lanes knots[4];              // noise round the step, when it is not looked up at every one
@@ -65,6 +64,8 @@ struct Tile {
     int knot = 0, pastKnot = 0;  // of the noise: the last before the step, and how many steps ago it was
     int column = 0, row = 0;
     float beginLast = 0, strideLast = 0;
+    float firstInMap, lastInMap;        // steps of the march where a ray may be in shadow ...
+    float firstWhollyIn, lastWhollyIn;  // ... and where all rays are within the shadow map
 };
 
 // The gradients of a cell of the noise, counted from the eye's.
@@ -252,7 +253,57 @@ BRUME_VECTORISE inline void passLamps(March& m) {
     }
 }
 
-// 4. Optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/6589, half an 8-bit sRGB step near
+// 4. Which steps' rays cross the shadow map, by the slab test of clipVolumes: a hundredth of the map wider,
+// for rounding, and narrower for the steps that are wholly in it.
+constexpr float mapEdge = 0.01f;
+
+BRUME_VECTORISE inline void crossShadowMap(March& m) {
+    Tile& tile = m.tile;
+    const float* r = m.shadowRows;
+    constexpr float outer = 1.0f + 2 * mapEdge, inner = 1.0f - 2 * mapEdge;
+    const float u0 = -mapEdge - r[3], v0 = -mapEdge - r[7], d0 = 1.0f + mapEdge - r[11];
+    const float u1 = mapEdge - r[3], v1 = mapEdge - r[7], d1 = 1.0f - mapEdge - r[11];
+    // nearer than a hundred maps, roundings are far below the hundredth: what is wholly in is looked up
+    // unclamped
+    constexpr float near = 100, real = 1e18f;
+    const bool isNear = std::abs(r[3]) < near && std::abs(r[7]) < near && std::abs(r[11]) < near;
+    Lanes first, last, firstWhole, lastWhole;
+    BRUME_APART
+    for (int x = 0; x < tileWidth; x++) {
+        const float u = r[0] * tile.dx[x] + r[1] * tile.dy[x] + r[2] * tile.dz[x];
+        const float v = r[4] * tile.dx[x] + r[5] * tile.dy[x] + r[6] * tile.dz[x];
+        const float d = r[8] * tile.dx[x] + r[9] * tile.dy[x] + r[10] * tile.dz[x];
+        tile.shadowU[x] = u;
+        tile.shadowV[x] = v;
+        tile.shadowD[x] = d;
+        const float iu = inverseOf(u), iv = inverseOf(v), id = inverseOf(d);
+        // what is beyond the map's far end is lit: a ray comes from there, or goes there
+        const float enter = most(most(least(u0 * iu, (u0 + outer) * iu), least(v0 * iv, (v0 + outer) * iv)),
+                                 d < 0.0f ? d0 * id : -3e38f);
+        const float leave = least(least(most(u0 * iu, (u0 + outer) * iu), most(v0 * iv, (v0 + outer) * iv)),
+                                  d < 0.0f ? 3e38f : d0 * id);
+        const float from = most(most(least(u1 * iu, (u1 + inner) * iu), least(v1 * iv, (v1 + inner) * iv)),
+                                d < 0.0f ? d1 * id : -3e38f);
+        const float to = least(least(most(u1 * iu, (u1 + inner) * iu), most(v1 * iv, (v1 + inner) * iv)),
+                               d < 0.0f ? 3e38f : d1 * id);
+        const float share = 1.0f / most(tile.stride[x], 1e-30f);
+        const bool isCrossed = enter <= leave;
+        first[x] = isCrossed ? (enter - tile.begin[x]) * share : 3e38f;
+        last[x] = isCrossed ? (leave - tile.begin[x]) * share : -3e38f;
+        const bool isSound = isNear & (std::abs(u) < real) & (std::abs(v) < real) & (std::abs(d) < real);
+        firstWhole[x] = isSound ? (from - tile.begin[x]) * share : 3e38f;
+        lastWhole[x] = (to - tile.begin[x]) * share;
+    }
+    tile.firstInMap = tile.lastWhollyIn = 3e38f, tile.lastInMap = tile.firstWhollyIn = -3e38f;
+    for (int x = 0; x < tileWidth; x++) {
+        tile.firstInMap = least(tile.firstInMap, first[x]);
+        tile.lastInMap = most(tile.lastInMap, last[x]);
+        tile.firstWhollyIn = most(tile.firstWhollyIn, firstWhole[x]);
+        tile.lastWhollyIn = least(tile.lastWhollyIn, lastWhole[x]);
+    }
+}
+
+// 5. Optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/6589, half an 8-bit sRGB step near
 // black. log2 by the bits, exact at powers of two and at most .0861 too small between, hence the addition.
 BRUME_INLINE float stoppingDepth(float brightest) {
     int32_t bits;
@@ -277,23 +328,7 @@ BRUME_VECTORISE inline void startMarch(March& m) {
         tile.through[x] = tile.noise[x] = 1;
         tile.stop[x] = 3e38f;
     }
-    for (int x = 0; x < tileWidth; x++) tile.mapEnter[x] = 3e38f, tile.mapLeave[x] = -1;
-    if (m.hasShadow) {
-        const float* r = m.shadowRows;
-        for (int x = 0; x < tileWidth; x++) {
-            const float u = r[0] * tile.dx[x] + r[1] * tile.dy[x] + r[2] * tile.dz[x];
-            const float v = r[4] * tile.dx[x] + r[5] * tile.dy[x] + r[6] * tile.dz[x];
-            tile.shadowU[x] = u;
-            tile.shadowV[x] = v;
-            tile.shadowD[x] = r[8] * tile.dx[x] + r[9] * tile.dy[x] + r[10] * tile.dz[x];
-            // the slab test of clipVolumes, a hundredth of the map wider than it, for rounding
-            const float iu = inverseOf(u), iv = inverseOf(v);
-            const float u0 = (-0.01f - r[3]) * iu, u1 = (1.01f - r[3]) * iu;
-            const float v0 = (-0.01f - r[7]) * iv, v1 = (1.01f - r[7]) * iv;
-            tile.mapEnter[x] = most(least(u0, u1), least(v0, v1));
-            tile.mapLeave[x] = least(most(u0, u1), most(v0, v1));
-        }
-    }
+    if (m.hasShadow) crossShadowMap(m);
     if (!m.p.early_stop) return;
     Lanes red, green, blue;
     for (int x = 0; x < tileWidth; x++) {
