@@ -59,7 +59,8 @@ struct Tile {
     Lanes knots[4];              // noise round the step, when it is not looked up at every one
     Lanes stepDepth, albedoRed, albedoGreen, albedoBlue;
     Lanes lightRed, lightGreen, lightBlue;
-    Lanes sunDepth, nearest;  // depth in the shadow map, -inf off it, and what is nearest to the sun there
+    Lanes sunDepth,
+        nearest;  // where a ray may be in shadow: its depth in the map, -inf off it, and the map's there
     alignas(64) int32_t mapIndex[tileWidth];
     int knot = 0, pastKnot = 0;  // of the noise: the last before the step, and how many steps ago it was
     int column = 0, row = 0;
@@ -100,8 +101,6 @@ inline March::March(const Params& params, const brume::CpuContext& context)
     : p(params), c(context), shadowRows(c.derived("shadow").data()), shadowMap(c.image("shadow_map")) {
     const auto cell = c.derived("noise_cell"), fraction = c.derived("noise_fraction");
     lattice = {int32_t(cell[0]), int32_t(cell[1]), int32_t(cell[2]), noisePeriod - 1, uint32_t(p.noise_seed)};
-    std::fill_n(tile.nearest, tileWidth, 0.0f);
-    std::fill_n(tile.sunDepth, tileWidth, -HUGE_VALF);
     noiseInverseSize = 1.0f / p.noise_size;
     const auto sun = c.derived("towards_sun");
     for (int k = 0; k < 3; k++) {
@@ -253,7 +252,7 @@ BRUME_VECTORISE inline void passLamps(March& m) {
     }
 }
 
-// 4. Which steps' rays cross the shadow map, by the slab test of clipVolumes: a hundredth of the map wider,
+// 3.1 Which steps' rays cross the shadow map, by the slab test of clipVolumes: a hundredth of the map wider,
 // for rounding, and narrower for the steps that are wholly in it.
 constexpr float mapEdge = 0.01f;
 
@@ -303,7 +302,7 @@ BRUME_VECTORISE inline void crossShadowMap(March& m) {
     }
 }
 
-// 5. Optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/6589, half an 8-bit sRGB step near
+// 4. Optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/6589, half an 8-bit sRGB step near
 // black. log2 by the bits, exact at powers of two and at most .0861 too small between, hence the addition.
 BRUME_INLINE float stoppingDepth(float brightest) {
     int32_t bits;
