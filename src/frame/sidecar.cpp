@@ -32,6 +32,11 @@ void requireKnown(const json& object, const std::vector<std::string>& known, con
             failIo(where, ": there is no key ", key, suggestion(key, known));
 }
 
+void requireOneOf(const json& object, const char* one, const char* other, const std::string& where) {
+    if (object.contains(one) && object.contains(other))
+        failIo(where, ": ", one, " and ", other, " say the same thing twice: leave one out");
+}
+
 cv::Matx44d pose(const json& camera, const std::string& where) {
     if (camera.contains("world_from_camera")) {
         const json& m = camera["world_from_camera"];
@@ -57,6 +62,8 @@ Camera cameraFromJson(const json& c, cv::Size size, const std::string& where) {
                  {"fx", "fy", "cx", "cy", "pixel_centres", "horizontal_view_degrees", "height",
                   "pitch_degrees", "world_from_camera"},
                  where);
+    for (const char* focal : {"fx", "fy"}) requireOneOf(c, focal, "horizontal_view_degrees", where);
+    for (const char* part : {"height", "pitch_degrees"}) requireOneOf(c, part, "world_from_camera", where);
     Camera camera = Camera::withHorizontalView(size, 60);
     if (c.contains("horizontal_view_degrees")) {
         const double degrees = number(c, "horizontal_view_degrees", where);
