@@ -278,13 +278,13 @@ BRUME_VECTORISE inline void crossShadowMap(March& m) {
         const float iu = inverseOf(u), iv = inverseOf(v), id = inverseOf(d);
         // what is beyond the map's far end is lit: a ray comes from there, or goes there
         const float enter = most(most(least(u0 * iu, (u0 + outer) * iu), least(v0 * iv, (v0 + outer) * iv)),
-                                 d < 0.0f ? d0 * id : -3e38f);
+                                 id < 0.0f ? d0 * id : -3e38f);
         const float leave = least(least(most(u0 * iu, (u0 + outer) * iu), most(v0 * iv, (v0 + outer) * iv)),
-                                  d < 0.0f ? 3e38f : d0 * id);
+                                  id < 0.0f ? 3e38f : d0 * id);
         const float from = most(most(least(u1 * iu, (u1 + inner) * iu), least(v1 * iv, (v1 + inner) * iv)),
-                                d < 0.0f ? d1 * id : -3e38f);
+                                id < 0.0f ? d1 * id : -3e38f);
         const float to = least(least(most(u1 * iu, (u1 + inner) * iu), most(v1 * iv, (v1 + inner) * iv)),
-                               d < 0.0f ? 3e38f : d1 * id);
+                               id < 0.0f ? 3e38f : d1 * id);
         const float share = 1.0f / most(tile.stride[x], 1e-30f);
         const bool isCrossed = enter <= leave;
         first[x] = isCrossed ? (enter - tile.begin[x]) * share : 3e38f;
