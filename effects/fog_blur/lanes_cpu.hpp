@@ -1,6 +1,6 @@
 // FIRs of the levels that fog_blur does not decimate, on the CPU: four rows side by side, a vector lane a
-// pixel of each, so that filtering along rows reads whole vectors and each of them once, as filtering across
-// does. Every output sums its taps in rising order.
+// pixel of each, so that filtering along rows reads whole vectors, as filtering across does. Every output
+// sums its taps in pairs from the centre out, as fog_blur.fs does: three operations for two taps.
 #pragma once
 
 #include <array>
@@ -16,21 +16,17 @@ constexpr int laneRows = 4, laneFloats = 4 * laneRows;
 /// Outputs made at a time, and reaches there is code for.
 constexpr int atOnce = 8, longestReach = 19;
 
-// a[k] = Σ taps[t]·vectors[k + t]; `half` holds the centre tap and one side's.
+// a[k] = half[0]·vectors[k + reach] + Σ half[t]·(vectors[k + reach - t] + vectors[k + reach + t]). From one t
+// to the next all but two of the vectors stay in registers.
 template <int reach, class Load>
 BRUME_INLINE void sumEight(Four (&a)[atOnce], const float* half, Load load) {
     float taps[reach + 1];
     for (int t = 0; t <= reach; t++) taps[t] = half[t];
+    for (int k = 0; k < atOnce; k++) a[k] = load(k + reach) * taps[0];
 #pragma GCC unroll 32
-    for (int u = 0; u < atOnce + 2 * reach; u++) {
-        const Four x = load(u);
+    for (int t = 1; t <= reach; t++) {
 #pragma GCC unroll 8
-        for (int k = 0; k < atOnce; k++) {
-            const int t = u - k;
-            if (t < 0 || t > 2 * reach) continue;
-            const Four term = x * taps[t < reach ? reach - t : t - reach];
-            a[k] = t == 0 ? term : a[k] + term;
-        }
+        for (int k = 0; k < atOnce; k++) a[k] = a[k] + (load(k + reach - t) + load(k + reach + t)) * taps[t];
     }
 }
 
@@ -83,12 +79,12 @@ BRUME_VECTORISE static void filterAcross(float* const* out, const float* const* 
         std::make_integer_sequence<int, longestReach + 1>());
 }
 
-// Four rows of sharp pixels and their deviations side by side; whole groups of four pixels.
+// Four rows of pixels, made sharp, and their deviations side by side; whole groups of four pixels.
 BRUME_VECTORISE static void interleaveRows(float* lanes, float* laneSigmas, const float* const* colors,
                                            const float* const* sigmas, int count) {
     for (int i = 0; i < count; i += 4) {
         Four a[4];
-        for (int k = 0; k < laneRows; k++) a[k] = *(const Four*)(colors[k] + 4 * i);
+        for (int k = 0; k < laneRows; k++) a[k] = sharpened(*(const Four*)(colors[k] + 4 * i));
         blur::transpose(a);
         for (int k = 0; k < 4; k++) *(Four*)(lanes + laneFloats * (i + k)) = a[k];
         for (int k = 0; k < 4; k++)
@@ -158,17 +154,34 @@ class LaneRows {
 
   private:
     void take(int group) {
+        const int first = x0_ - margin_, count = (count_ + 2 * margin_ + 3) / 4 * 4,
+                  width = source_.color.cols, last = source_.color.rows - 1;
+        const bool isInside = first >= 0 && first + count <= width;
         const float *colors[laneRows], *sigmas[laneRows];
         for (int k = 0; k < laneRows; k++) {
-            float *color = rowColors_.data() + size_t(k) * 4 * wide_,
-                  *sigma = rowSigmas_.data() + size_t(k) * wide_;
-            sharpReplicated(color, sigma, source_, std::min(group * laneRows + k, source_.color.rows - 1),
-                            x0_ - margin_, count_ + 2 * margin_, atOnce);
-            colors[k] = color, sigmas[k] = sigma;
+            const int y = std::min(group * laneRows + k, last);
+            const float *color = source_.color.ptr<float>(y), *sigma = source_.sigma.ptr<float>(y),
+                        *soon = source_.sigma.ptr<float>(std::min(y + atOnce, last));
+            for (int x = std::max(first, 0); x < std::min(first + count, width); x += 16)
+                __builtin_prefetch(soon + x);
+            colors[k] = color + 4 * first, sigmas[k] = sigma + first;
+            if (isInside) continue;
+            float *toColor = rowColors_.data() + size_t(k) * 4 * wide_,
+                  *toSigma = rowSigmas_.data() + size_t(k) * wide_;
+            replicate(toColor, toSigma, color, sigma, width, first, count);
+            colors[k] = toColor, sigmas[k] = toSigma;
         }
         const size_t at = size_t(group % groups_) * wide_;
         interleaveRows(colors_.data() + at * laneFloats, sigmas_.data() + at * laneRows, colors, sigmas,
-                       (count_ + 2 * margin_ + 3) / 4 * 4);
+                       count);
+    }
+    // `count` pixels from column `first` on, and their deviations; beyond the edges as at them.
+    static void replicate(float* toColor, float* toSigma, const float* color, const float* sigma, int width,
+                          int first, int count) {
+        blur::copyReplicated(toColor, color, width, first, count, [](float* out, const float* in, int n) {
+            std::memcpy(out, in, size_t(n) * sizeof(float));
+        });
+        for (int i = 0; i < count; i++) toSigma[i] = sigma[std::clamp(first + i, 0, width - 1)];
     }
     const Source& source_;
     int margin_, wide_, groups_, from_ = 0, done_ = 0, x0_ = 0, count_ = 0;

@@ -117,14 +117,17 @@ BRUME_VECTORISE static void finishRow(bool isSingle, const float* foggy, const f
         float y = brume::isInf(x) ? std::copysign(65504.0f, x) : x;
         return brume::isNan(x) ? 0.0f : y;
     };
-    for (int i = 0; i < count; i++) {
-        if (isSingle)
-            for (int n = 0; n < 3; n++) {
-                float change = out[4 * i + n] - bounded(clear[4 * i + n]);
-                out[4 * i + n] = bounded(foggy[4 * i + n]) + bounded(transmittance[4 * i + n]) * change;
-            }
-        out[4 * i + 3] = foggy[4 * i + 3];
-    }
+    for (int i = 0; i < count && isSingle; i++)
+        for (int n = 0; n < 3; n++) {
+            float change = out[4 * i + n] - bounded(clear[4 * i + n]);
+            out[4 * i + n] = bounded(foggy[4 * i + n]) + bounded(transmittance[4 * i + n]) * change;
+        }
+    int i = 0;
+    for (; i + 4 <= count; i += 4)
+        *(Four*)(out + 4 * i) =
+            __builtin_shufflevector(*(const Four*)(out + 4 * i), *(const Four*)(foggy + 4 * i), 0, 1, 2, 19,
+                                    4, 5, 6, 23, 8, 9, 10, 27, 12, 13, 14, 31);
+    for (; i < count; i++) out[4 * i + 3] = foggy[4 * i + 3];
 }
 
 // What a run blurs, and how it ends.

@@ -33,6 +33,17 @@ BRUME_VECTORISE static void sharpen(float* out, const float* color, int count) {
     }
 }
 
+// The same of four pixels in a register.
+BRUME_INLINE Four sharpened(Four color) {
+    typedef int Bits __attribute__((vector_size(64)));
+    const Bits x = (Bits)color, magnitude = x & 0x7fffffff, zero = {};
+    const Bits largest = (x & int(0x80000000)) | std::bit_cast<int>(65504.0f);
+    Bits bounded = magnitude == 0x7f800000 ? largest : x;
+    bounded = magnitude > 0x7f800000 ? zero : bounded;
+    return __builtin_shufflevector((Four)bounded, Four{} + 1.0f, 0, 1, 2, 19, 4, 5, 6, 23, 8, 9, 10, 27, 12,
+                                   13, 14, 31);
+}
+
 // Each pixel's four channels times a number of its own; reads spreadMargin numbers more.
 BRUME_VECTORISE static void multiply(float* out, const float* sharp, const float* weights, int count) {
     int i = 0;
@@ -49,26 +60,6 @@ BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* s
     float weights[widestWeighed + spreadMargin];
     for (int i = 0; i < count; i++) weights[i] = std::min(sigmas[i] * inverse, 1.0f);
     multiply(out, sharp, weights, count);
-}
-
-// A row's sharp pixels and their standard deviations from column `first` on, beyond the edges replicated;
-// meanwhile the deviations of row y + `ahead` are asked for.
-inline void sharpReplicated(float* sharp, float* sigmas, const Source& source, int y, int first, int count,
-                            int ahead) {
-    const float *color = source.color.ptr<float>(y), *sigma = source.sigma.ptr<float>(y);
-    const int width = source.color.cols, soon = std::min(y + ahead, source.color.rows - 1);
-    int inside0 = std::clamp(first, 0, width), inside1 = std::clamp(first + count, inside0, width);
-    const float* nextSigma = source.sigma.ptr<float>(soon);
-    for (int x = inside0; x < inside1; x += 16) __builtin_prefetch(nextSigma + x);
-    sharpen(sharp + 4 * (inside0 - first), color + 4 * inside0, inside1 - inside0);
-    std::copy(sigma + inside0, sigma + inside1, sigmas + (inside0 - first));
-    float left[4], right[4];
-    sharpen(left, color, 1);
-    sharpen(right, color + 4 * (width - 1), 1);
-    for (int i = 0; i < std::min(count, -first); i++)
-        std::memcpy(sharp + 4 * i, left, sizeof left), sigmas[i] = sigma[0];
-    for (int i = std::max(0, width - first); i < count; i++)
-        std::memcpy(sharp + 4 * i, right, sizeof right), sigmas[i] = sigma[width - 1];
 }
 
 }  // namespace fog_blur
