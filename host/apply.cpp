@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <map>
+#include <set>
 
 #include "apply_tasks.hpp"
 #include "batch.hpp"
@@ -142,6 +144,26 @@ void tellLeftOut(const std::vector<FrameFiles>& inputs, const Arguments& a) {
                   << "\n";
 }
 
+// What is set in vain is seldom noticed: the picture looks as it did.
+void tellIdle(Chain chain, const std::vector<Variant>& variants, uint32_t seed) {
+    for (Step& step : chain.steps) step.given.clear();
+    std::map<std::string, std::string> idle;  // by path: when it would matter
+    std::set<std::string> used;
+    for (const Variant& variant : variants)
+        for (const Step& step : withSettings(chain, drawn(variant.settings, "", seed)).steps)
+            for (const Parameter& p : step.effect->header.parameters) {
+                const std::string path = step.id + "." + p.name;
+                if (!step.given.count(p.name)) continue;
+                if (isUsed(step.effect->header, p, step.values))
+                    used.insert(path);
+                else
+                    idle[path] = conditionWords(step.effect->header, p, &Parameter::name);
+            }
+    for (const auto& [path, when] : idle)
+        if (!used.count(path))
+            std::cerr << printable(text("note: ", path, " changes nothing here: only when ", when)) << "\n";
+}
+
 void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string& sheetPath) {
     Report report(batch.chain, a.seed, backendName(*batch.runner));
     Progress progress(batch.tasks.size());
@@ -234,6 +256,7 @@ void apply(Arguments a) {
     std::vector<Variant> variants = variantsOf(sweeps, chain);
     if (a.dumpShader) return dumpShaders(withSettings(chain, drawn(variants[0].settings, "", a.seed)));
     if (a.frames.empty()) failUsage("apply: give at least one FRAME");
+    tellIdle(chain, variants, a.seed);
     if (a.out.empty()) failUsage("apply: say where to write, with -o");
     a.frame.read();  // wrong options before anything else
 

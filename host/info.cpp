@@ -86,7 +86,8 @@ void printWrapped(const std::string& text, const std::string& indent) {
     if (line.size() > indent.size()) std::cout << line << "\n";
 }
 
-void printParameters(std::vector<Parameter> parameters, const std::string& indent) {
+void printParameters(const EffectHeader& header, std::vector<Parameter> parameters,
+                     const std::string& indent) {
     // Those of no group first: a group's heading has no end.
     std::stable_partition(parameters.begin(), parameters.end(),
                           [](const Parameter& p) { return p.group.empty(); });
@@ -111,9 +112,10 @@ void printParameters(std::vector<Parameter> parameters, const std::string& inden
         if (!p.labels.empty())
             printWrapped("one of: " + joined(p.labels, ", ") + (p.allowsAuto ? ", auto" : ""), deeper);
         if (!p.hint.empty()) printWrapped(p.hint, deeper);
+        if (!p.when.empty()) printWrapped("only when " + conditionWords(header, p, &Parameter::name), deeper);
         if (!p.sidecar.empty())
             printWrapped("from the frame's sidecar (" + p.sidecar + ") unless given", deeper);
-        if (p.type == ParameterType::List) printParameters(p.fields, deeper);
+        if (p.type == ParameterType::List) printParameters(header, p.fields, deeper);
     }
 }
 
@@ -213,7 +215,7 @@ void info(const std::string& name) {
     if (!header.credit.empty()) printWrapped("Credit: " + header.credit, "  ");
     printExamples(header, name);
     std::cout << "\nParameters\n";
-    printParameters(header.parameters, "  ");
+    printParameters(header, header.parameters, "  ");
     std::cout << "\nPasses\n";
     for (const Pass& pass : header.passes) std::cout << "  " << passLine(pass) << "\n";
     if (header.pointwise)

@@ -12,7 +12,8 @@
      "LABELS": ["fir", "recursive", "decimated", "hold", "bilinear"], "AUTO": true, "DEFAULT": "auto",
      "LABEL": "Method", "HINT": "recursive is exact at any radius; hold and bilinear are the textbook discretisations"},
     {"NAME": "tolerance", "TYPE": "float", "AUTO": true, "DEFAULT": "auto", "MIN": 1e-6, "MAX": 0.1, "LABEL": "Tolerance",
-     "HINT": "largest error of the kernel, per largest input; of decimated at most 1e-3; auto: whatever does not show on this frame, at most 1e-3"}
+     "HINT": "largest error of the kernel, per largest input; of decimated at most 1e-3; auto: whatever does not show on this frame, at most 1e-3",
+     "WHEN": "$method == $method_fir || $method == $method_decimated"}
   ],
   "DERIVED": [
     {"NAME": "reach", "TYPE": "int", "FROM": ["radius", "method", "tolerance", "size"]},

@@ -9,7 +9,7 @@
     {"NAME": "transmittance", "TYPE": "image", "DEFAULT": "transmittance", "LABEL": "Transmittance",
      "HINT": "of the fog so far; what it hides decides the blur"},
     {"NAME": "clear", "TYPE": "image", "DEFAULT": "captured", "LABEL": "Clear image",
-     "HINT": "order: single; the picture before fog"},
+     "HINT": "the picture before fog", "WHEN": "$order == $order_single"},
     {"NAME": "radius", "TYPE": "float", "UNIT": "px", "DEFAULT": 4, "MIN": 0, "MAX": 64, "UI_MAX": 32,
      "LABEL": "Radius", "HINT": "standard deviation under full fog, in px of the full frame"},
     {"NAME": "start", "TYPE": "float", "DEFAULT": 0, "MIN": 0, "MAX": 0.99, "LABEL": "Start",
@@ -23,7 +23,8 @@
     {"NAME": "method", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["ladder", "gather"], "AUTO": true, "DEFAULT": 0,
      "LABEL": "Method", "HINT": "ladder mixes, for each pixel, the nearest four of a few evenly blurred pictures: milliseconds, and off by at most a fiftieth of the brightest light within the pixel's blur, less with more rungs; gather weighs each pixel's surroundings by themselves: exact, and seconds a frame; auto tries ladders on the picture, and takes gather only where their errors show"},
     {"NAME": "rungs", "TYPE": "long", "VALUES": [1, 2, 4, 8], "LABELS": ["1", "2", "4", "8"], "AUTO": true, "DEFAULT": 1,
-     "LABEL": "Rungs", "HINT": "method: ladder; how many evenly blurred pictures there are to a doubling of the blur's variance: more are more exact and slower"}
+     "LABEL": "Rungs", "HINT": "how many evenly blurred pictures there are to a doubling of the blur's variance: more are more exact and slower",
+     "WHEN": "$method == $method_ladder"}
   ],
   "DERIVED": [
     {"NAME": "largestSigma", "TYPE": "float", "FROM": ["radius", "size"]},

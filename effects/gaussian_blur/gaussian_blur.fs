@@ -12,7 +12,8 @@
      "LABELS": ["fir", "recursive", "decimated", "box", "pascal", "dual_filter"], "AUTO": true, "DEFAULT": "auto", "LABEL": "Method",
      "HINT": "fir costs what the radius asks; the others cost the same at any radius; dual_filter is what GPUs do for speed, only near a Gaussian"},
     {"NAME": "tolerance", "TYPE": "float", "AUTO": true, "DEFAULT": "auto", "MIN": 1e-6, "MAX": 0.1, "LABEL": "Tolerance",
-     "HINT": "largest error of the kernel, per largest input; decimated knows 1e-3, 1e-4 and 1e-5; auto: whatever does not show on this frame, at most 1e-3"}
+     "HINT": "largest error of the kernel, per largest input; decimated knows 1e-3, 1e-4 and 1e-5; auto: whatever does not show on this frame, at most 1e-3",
+     "WHEN": "$method != $method_box && $method != $method_dual_filter && $method != $method_recursive"}
   ],
   "DERIVED": [
     {"NAME": "reach", "TYPE": "int", "FROM": ["radius", "method", "tolerance", "size"]},

@@ -25,7 +25,8 @@
     {"NAME": "saturation", "TYPE": "float", "DEFAULT": 1, "MIN": 0, "MAX": 4, "LABEL": "Saturation", "GROUP": "Glow",
      "HINT": "0 grey, 1 the light's own colour"},
     {"NAME": "curve", "TYPE": "float", "DEFAULT": 1, "MIN": 0.25, "MAX": 8, "UI_MAX": 4, "LABEL": "Curve",
-     "GROUP": "Glow", "HINT": "exponent of knee and attenuation: above 1, weak and distant lights matter less"},
+     "GROUP": "Glow", "HINT": "exponent of knee and attenuation: above 1, weak and distant lights matter less",
+     "WHEN": "$knee > 0 || $attenuation > 0"},
     {"NAME": "reduction", "TYPE": "long", "VALUES": [1, 2, 4, 8], "LABELS": ["full", "half", "quarter", "eighth"],
      "DEFAULT": 1, "LABEL": "Resolution", "HINT": "each pixel of the result is the mean over its area"}
   ],

@@ -20,7 +20,7 @@ std::string numbersOf(const std::vector<double>& numbers) {
     return words;
 }
 
-void drawHint(const Parameter& p, bool isFromCapture) {
+void drawHint(const EffectHeader& header, const Parameter& p, bool isFromCapture, bool isIdle) {
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(ImGui::GetFontSize() * 26);
     if (!p.hint.empty()) ImGui::TextUnformatted(p.hint.c_str());
@@ -31,6 +31,9 @@ void drawHint(const Parameter& p, bool isFromCapture) {
         range = p.unit;
     if (p.values.empty() && !range.empty()) ImGui::TextColored(colors::dim, "%s", range.c_str());
     ImGui::TextColored(colors::dim, "%s", p.name.c_str());
+    if (isIdle)
+        ImGui::TextColored(colors::accent, "changes nothing now: only when %s",
+                           conditionWords(header, p, &Parameter::label).c_str());
     if (isFromCapture) ImGui::TextColored(colors::accent, "as the capture says; a change here overrides it");
     ImGui::PopTextWrapPos();
     ImGui::EndTooltip();
@@ -46,6 +49,8 @@ void drawParameter(App& app, size_t place, const Parameter& p, const std::vector
     ParameterValue value =
         isFromCapture ? app.effective.steps[place].values.at(p.name) : step.values.at(p.name);
     const std::string name = step.id + "." + p.name;
+    const EffectHeader& header = step.effect->header;
+    const bool isIdle = !isUsed(header, p, app.effective.steps[place].values);
     const bool canReset = isGiven && (!(value == p.defaultValue) || !p.sidecar.empty());
 
     ImGui::PushID(p.name.c_str());
@@ -65,6 +70,7 @@ void drawParameter(App& app, size_t place, const Parameter& p, const std::vector
             ImGui::SetTooltip(
                 "%s", p.sidecar.empty() ? "Back to the default" : "Back to the capture's, or the default");
     };
+    if (isIdle) ImGui::PushStyleVar(ImGuiStyleVar_Alpha, ImGui::GetStyle().Alpha * .45f);
     ImGui::AlignTextToFramePadding();
     const ImVec2 start = ImGui::GetCursorScreenPos();
     ImGui::PushClipRect(start, {start.x + labelWidth - 6, start.y + ImGui::GetFrameHeight()}, true);
@@ -75,7 +81,7 @@ void drawParameter(App& app, size_t place, const Parameter& p, const std::vector
     else
         ImGui::TextColored(colors::quiet, "%s", labelOf(p).c_str());
     ImGui::PopClipRect();
-    if (ImGui::IsItemHovered()) drawHint(p, isFromCapture);
+    if (ImGui::IsItemHovered()) drawHint(header, p, isFromCapture, isIdle);
     bool isChanged = false;
     if (p.type == ParameterType::List) {
         drawReset();
@@ -86,11 +92,12 @@ void drawParameter(App& app, size_t place, const Parameter& p, const std::vector
         ImGui::PushItemWidth(whole - labelWidth - reset - 2);
         isChanged = drawValue(app, name, p, value, images);
         ImGui::PopItemWidth();
-        if (ImGui::IsItemHovered() && !ImGui::IsItemActive() && !p.hint.empty() &&
+        if (ImGui::IsItemHovered() && !ImGui::IsItemActive() && (isIdle || !p.hint.empty()) &&
             !ImGui::IsMouseDown(ImGuiMouseButton_Left) && ImGui::GetIO().MouseDelta.x == 0)
-            drawHint(p, isFromCapture);
+            drawHint(header, p, isFromCapture, isIdle);
         drawReset();
     }
+    if (isIdle) ImGui::PopStyleVar();
     if (isChanged) app.session.setValue(place, p, value, true);
     ImGui::PopID();
 }
@@ -149,7 +156,11 @@ void drawParameters(App& app, size_t place) {
                 isFirst ||
                 std::any_of(effect->header.parameters.begin(), effect->header.parameters.end(),
                             [&](const Parameter& p) { return p.group == group && step.given.count(p.name); });
-            ImGui::PushStyleColor(ImGuiCol_Text, colors::dim);
+            const bool isIdle = std::all_of(
+                effect->header.parameters.begin(), effect->header.parameters.end(), [&](const Parameter& p) {
+                    return p.group != group || !isUsed(effect->header, p, app.effective.steps[place].values);
+                });
+            ImGui::PushStyleColor(ImGuiCol_Text, isIdle ? colors::faint : colors::dim);
             isOpen = ImGui::TreeNodeEx(group.c_str(), (isOpenAtFirst ? ImGuiTreeNodeFlags_DefaultOpen : 0) |
                                                           ImGuiTreeNodeFlags_SpanAvailWidth |
                                                           ImGuiTreeNodeFlags_NoTreePushOnOpen);

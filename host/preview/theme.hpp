@@ -15,6 +15,7 @@ ImFont* monoFont();
 
 namespace colors {
 inline const ImVec4 dim{.58f, .60f, .63f, 1};
+inline const ImVec4 faint{.38f, .40f, .42f, 1};  ///< what can change nothing now
 inline const ImVec4 quiet{.74f, .75f, .78f, 1};  ///< a label of what is as it was by default
 inline const ImVec4 chosen{.23f, .42f, .57f, 1};
 inline const ImVec4 accent{.36f, .62f, .80f, 1};

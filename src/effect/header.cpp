@@ -151,6 +151,18 @@ void checkDerivedSources(const EffectHeader& header, const Where& where) {
                 where.fail("DERIVED '", derived.name, "': FROM names '", from, "'", suggestion(from, known));
 }
 
+void checkConditions(const EffectHeader& header, const Where& where) {
+    std::vector<std::string> known;
+    for (const auto& [name, value] : expressionVariables(header, defaultValues(header.parameters)))
+        known.push_back(name);
+    for (const auto& parameter : header.parameters)
+        for (const std::string& name : parameter.when.names())
+            if (std::find(known.begin(), known.end(), name) == known.end())
+                where.in("INPUTS")
+                    .in("'" + parameter.name + "'")
+                    .fail("WHEN names $", name, suggestion(name, known));
+}
+
 }  // namespace
 
 EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
@@ -216,6 +228,7 @@ EffectHeader parseHeader(const std::string& path, const std::string& fileText) {
     if (where.strict) {
         checkNamesDiffer(header, where);
         checkDerivedSources(header, where);
+        checkConditions(header, where);
         if (!header.passes.back().target.empty())
             where.fail("the last pass must have no TARGET: it writes the output");
     }

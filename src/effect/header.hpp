@@ -82,6 +82,14 @@ struct EffectHeader {
 EffectHeader parseHeader(const std::string& path, const std::string& fileText);
 EffectHeader readHeader(const std::string& path);
 
+/// False where a parameter's WHEN says that beside these values its own cannot matter. True as long as WHEN
+/// asks about a value that is still "auto".
+bool isUsed(const EffectHeader& header, const Parameter& parameter, const ParameterValues& values);
+
+/// WHEN in words, "model is power and density2 > 0": parameters called by `calledBy`, their name or label.
+std::string conditionWords(const EffectHeader& header, const Parameter& parameter,
+                           std::string Parameter::*calledBy);
+
 /// What size expressions may mention for these values: numeric parameters, choice identifiers, int derived.
 std::map<std::string, double> expressionVariables(const EffectHeader& header, const ParameterValues& values);
 

@@ -99,9 +99,9 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
     parameter.name = nameOf(object, "NAME", outer);
     if (parameter.name.empty()) outer.fail("NAME is missing");
     Where where = outer.in("'" + parameter.name + "'");
-    where.checkKeys(object, {"NAME", "TYPE", "LABEL", "UNIT", "HINT", "GROUP", "DEFAULT", "MIN", "MAX",
-                             "UI_MIN", "UI_MAX", "VALUES", "LABELS", "AUTO", "FIELDS", "MAX_ROWS", "SIDECAR",
-                             "IDENTITY", "RESAMPLE"});
+    where.checkKeys(object, {"NAME",   "TYPE",     "LABEL",   "UNIT",     "HINT",     "GROUP",  "DEFAULT",
+                             "MIN",    "MAX",      "UI_MIN",  "UI_MAX",   "VALUES",   "LABELS", "AUTO",
+                             "FIELDS", "MAX_ROWS", "SIDECAR", "IDENTITY", "RESAMPLE", "WHEN"});
     std::string typeName = textOf(object, "TYPE", where);
     if (!where.strict) typeName = isfTypeName(typeName);
     std::vector<std::string> known;
@@ -119,6 +119,8 @@ Parameter readParameter(const json& object, const Where& outer, bool isField) {
     parameter.hint = textOf(object, "HINT", where);
     parameter.group = textOf(object, "GROUP", where);
     parameter.sidecar = textOf(object, "SIDECAR", where);
+    if (isField && object.contains("WHEN")) where.fail("a list's field has no WHEN");
+    if (where.strict) parameter.when = expressionOf(object, "WHEN", where);
 
     if (parameter.type == ParameterType::List) {
         auto fields = object.find("FIELDS");

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "effect/size_expression.hpp"
+
 namespace brume {
 
 enum class ParameterType { Event, Bool, Long, Float, Point2D, Point3D, Color, Image, Audio, AudioFft, List };
@@ -36,6 +38,7 @@ struct Parameter {
     std::vector<Parameter> fields;     ///< List
     int maxRows = 0;                   ///< List
     bool resample = true;              ///< Image: brought to the output's size and four channels, or not
+    SizeExpression when;               ///< it can matter where this is not 0; empty: always
     std::string sidecar;  ///< key of the frame's sidecar that supplies it where the preset does not
 
     /// True where the value is compiled into the shader instead of being a uniform: bool, and long with

@@ -49,6 +49,33 @@ void main() {}
     EXPECT_TRUE(header.chart);
 }
 
+TEST(Header, SaysWhichParametersMatter) {
+    const auto header = parseHeader("fog.fs", R"(/*{"SPACE": "linear", "INPUTS": [
+      {"NAME": "model", "TYPE": "long", "VALUES": [3, 7], "LABELS": ["plain", "by power"], "DEFAULT": "plain", "AUTO": true},
+      {"NAME": "gain", "LABEL": "strength", "TYPE": "float", "DEFAULT": 0},
+      {"NAME": "exponent", "TYPE": "float", "DEFAULT": 1, "WHEN": "$model == $model_by_power && $gain > 0"}]}*/
+)");
+    auto isExponentUsed = [&](ParameterValue model, double gain) {
+        return isUsed(header, header.parameters[2],
+                      {{"model", model}, {"gain", {{gain}}}, {"exponent", {{1}}}});
+    };
+    EXPECT_FALSE(isExponentUsed({{3}}, 1));
+    EXPECT_FALSE(isExponentUsed({{7}}, 0));
+    EXPECT_TRUE(isExponentUsed({{7}}, 1));
+    EXPECT_TRUE(isExponentUsed({{3}, "", true}, 1)) << "auto may become anything";
+    EXPECT_TRUE(isUsed(header, header.parameters[1], {}));
+    EXPECT_EQ(conditionWords(header, header.parameters[2], &Parameter::name),
+              "model is 'by power' and gain > 0");
+    EXPECT_EQ(conditionWords(header, header.parameters[2], &Parameter::label),
+              "model is 'by power' and strength > 0");
+    EXPECT_TRUE(has(mistake(R"({"SPACE": "linear", "INPUTS": [
+        {"NAME": "a", "TYPE": "float", "DEFAULT": 1, "WHEN": "1 || $aa > 0"}]})"),
+                    "INPUTS: 'a': WHEN names $aa (did you mean 'a'?)"));
+    EXPECT_TRUE(has(mistake(R"({"SPACE": "linear", "INPUTS": [{"NAME": "a", "TYPE": "list", "MAX": 2,
+        "FIELDS": [{"NAME": "b", "TYPE": "float", "DEFAULT": 1, "WHEN": "1"}]}]})"),
+                    "a list's field has no WHEN"));
+}
+
 TEST(Header, NamesFileKeyAndNearestMatch) {
     EXPECT_TRUE(has(mistake(R"({"SPACE": "linear", "INPUT": []})"),
                     "fog.fs: unknown key 'INPUT' (did you mean 'INPUTS'?)"));

@@ -40,6 +40,20 @@ TEST_F(Apply, fogThatHardlyShowsIsSaid) {
     EXPECT_THAT(ran.err, testing::Not(HasSubstr("extinction-.05")));
 }
 
+TEST_F(Apply, whatIsSetInVainIsSaid) {
+    addFrame("street.exr");
+    const auto ran =
+        brume("apply depth_fog street.exr -o a.png --set depth_fog.curve=3 --set depth_fog.visibility=5");
+    EXPECT_EQ(ran.err, "note: depth_fog.curve changes nothing here: only when model is linear\n");
+    EXPECT_EQ(brume("apply depth_fog street.exr -o b.png --set depth_fog.curve=3 --set "
+                    "'depth_fog.model=exponential,linear'")
+                  .err,
+              "")
+        << "it matters in one of the two";
+    EXPECT_EQ(brume("apply noise_fog street.exr -o c.png --set noise_fog.resolution=64").err, "")
+        << "auto may choose the baked method";
+}
+
 // A wall before the lens in all but an eighth of the picture: nine pixels in ten are not eight.
 TEST_F(Apply, fogThatShowsInAnEighthOfThePictureShows) {
     FramePair frame = test::sampleFrame();
