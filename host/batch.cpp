@@ -14,6 +14,7 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "apply/apply.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "error.hpp"
 #include "frame/attributes.hpp"

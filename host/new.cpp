@@ -6,9 +6,9 @@
 
 #include "commands.hpp"
 #include "effect/effect.hpp"
-#include "effect/install_root.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
+#include "install_root.hpp"
 
 namespace brume::host {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "apply/apply.hpp"
 #include "error.hpp"
 #include "frame/inspect.hpp"
 

@@ -59,10 +59,6 @@ Chain withSidecar(const Chain& chain, const FramePair& frame);
 /// What plans know of a captured frame; its depth has been resolved.
 FrameStatistics measureFrame(const FramePair& frame);
 
-/// Resolves every "auto" and drops what cannot be seen; `decisions` (may be null) gets one entry a step.
-Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
-                const std::vector<std::string>& keep, std::vector<StepPlan>* decisions = nullptr);
-
 /// Colour parameters that are "auto" get the picture's own airlight (frame/airlight.hpp); `why` (may be null)
 /// gets a sentence for each step id that has one.
 Chain withAirlight(const Chain& chain, const FramePair& frame,

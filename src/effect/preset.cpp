@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "effect/effect_path.hpp"
-#include "effect/install_root.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
+#include "install_root.hpp"
 #include "nearest_name.hpp"
 #include "strict_json.hpp"
 

@@ -1,5 +1,3 @@
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -8,21 +6,14 @@
 
 #include "effect/effect.hpp"
 #include "effect/effect_path.hpp"
-#include "effect/install_root.hpp"
 #include "error.hpp"
 #include "file_status.hpp"
+#include "install_root.hpp"
 #include "nearest_name.hpp"
 
 namespace brume {
 
 namespace fs = std::filesystem;
-
-std::string installRoot() {
-    Dl_info info{};
-    dladdr(reinterpret_cast<void*>(&installRoot), &info);
-    std::error_code none;
-    return (fs::canonical(info.dli_fname, none).parent_path() / "brume").string();
-}
 
 std::vector<std::string> EffectRegistry::standardFolders() {
     std::vector<std::string> folders;

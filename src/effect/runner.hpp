@@ -35,14 +35,6 @@ class Runner {
                           const std::vector<std::string>& keep) = 0;
 };
 
-/// Everything from a captured frame to finished images: resolves depth, plans, runs, restores.
-RunResult applyChain(Runner& runner, const Chain& chain, const FramePair& captured,
-                     const std::vector<std::string>& keep = {}, std::vector<StepPlan>* decisions = nullptr);
-
-/// The same for a frame made ready before (by the chain's own policy), so that several chains can share that.
-RunResult applyChain(Runner& runner, const Chain& chain, const ReadyFrame& ready,
-                     const std::vector<std::string>& keep = {}, std::vector<StepPlan>* decisions = nullptr);
-
 // Shared by the runners, so that they cannot differ:
 
 /// The camera constants of a step that works at `size` on this frame.

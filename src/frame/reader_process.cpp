@@ -9,11 +9,11 @@
 #include <filesystem>
 #include <mutex>
 
-#include "effect/install_root.hpp"
 #include "error.hpp"
 #include "frame/image_file.hpp"
 #include "frame/reader_line.hpp"
 #include "frame/shared_image.hpp"
+#include "install_root.hpp"
 
 extern char** environ;
 

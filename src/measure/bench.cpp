@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "apply/apply.hpp"
 #include "error.hpp"
 
 namespace brume {

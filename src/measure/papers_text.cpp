@@ -7,9 +7,9 @@
 #include <set>
 #include <sstream>
 
-#include "effect/install_root.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"
+#include "install_root.hpp"
 #include "measure/chart_csv.hpp"
 #include "measure/chart_page.hpp"
 #include "measure/papers.hpp"

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <set>
 
+#include "apply/apply.hpp"
 #include "effect/header_chart.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"

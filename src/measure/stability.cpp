@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "apply/apply.hpp"
 #include "error.hpp"
 #include "frame/color_encoding.hpp"
 

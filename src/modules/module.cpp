@@ -4,8 +4,8 @@
 
 #include <mutex>
 
-#include "effect/install_root.hpp"
 #include "error.hpp"
+#include "install_root.hpp"
 
 namespace brume {
 

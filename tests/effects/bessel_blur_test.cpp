@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "apply/apply.hpp"
 #include "common/blur_bessel.hpp"
 #include "effect/plan.hpp"
 #include "effect/preset.hpp"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "apply/apply.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "effect/plugin.hpp"
 #include "effect/preset.hpp"

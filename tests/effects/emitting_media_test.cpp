@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "apply/apply.hpp"
 #include "effects/fog_fixture.hpp"
 #include "gl/gl_runner.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/core/utility.hpp>
 
+#include "apply/apply.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "effect/preset.hpp"
 #include "effects/blur_theorems.hpp"

@@ -1,4 +1,5 @@
 // P1's offset, a scalar added to the view vector, where both are next to nothing or cancel.
+#include "apply/apply.hpp"
 #include "fog_fixture.hpp"
 #include "gl/gl_runner.hpp"
 

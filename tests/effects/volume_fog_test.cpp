@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <random>
 
+#include "apply/apply.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "effect/preset.hpp"
 #include "error.hpp"

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 
+#include "apply/apply.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "effect/preset.hpp"
 #include "frame/color_encoding.hpp"

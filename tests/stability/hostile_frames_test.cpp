@@ -7,6 +7,7 @@
 #include <limits>
 #include <opencv2/core.hpp>
 
+#include "apply/apply.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "frame/camera_limits.hpp"
 #include "measure/check.hpp"
