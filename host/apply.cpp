@@ -150,7 +150,10 @@ void tellIdle(Chain chain, const std::vector<Variant>& variants, uint32_t seed) 
     std::map<std::string, std::string> idle;  // by path: when it would matter
     std::set<std::string> used;
     for (const Variant& variant : variants)
-        for (const Step& step : withSettings(chain, drawn(variant.settings, "", seed)).steps)
+        for (Step& step : withSettings(chain, drawn(variant.settings, "", seed)).steps) {
+            for (const auto& [path, value] : variant.settings)
+                for (auto& [name, set] : step.values)  // what a frame draws may be anything, as "auto" may
+                    set.automatic |= path == step.id + "." + name && isDrawn(path, value);
             for (const Parameter& p : step.effect->header.parameters) {
                 const std::string path = step.id + "." + p.name;
                 if (!step.given.count(p.name)) continue;
@@ -159,6 +162,7 @@ void tellIdle(Chain chain, const std::vector<Variant>& variants, uint32_t seed) 
                 else
                     idle[path] = conditionWords(step.effect->header, p, &Parameter::name);
             }
+        }
     for (const auto& [path, when] : idle)
         if (!used.count(path))
             std::cerr << printable(text("note: ", path, " changes nothing here: only when ", when)) << "\n";

@@ -95,6 +95,11 @@ std::string fileWord(const std::string& path, const std::string& value) {
 
 }  // namespace
 
+bool isDrawn(const std::string& path, const std::string& value) {
+    Draw draw;
+    return parseDraw(path, value, draw);
+}
+
 Sweep parseSweep(const std::string& argument) {
     size_t equals = argument.find('=');
     // An index such as boxes[2] comes before the sign, never a comma.

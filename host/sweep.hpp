@@ -19,6 +19,9 @@ struct Sweep {
     std::vector<std::string> values;
 };
 
+/// Whether a value is drawn anew for each frame: random(...) or choice(...). Throws Error (Usage).
+bool isDrawn(const std::string& path, const std::string& value);
+
 /// Splits at the first '=' and at commas outside brackets. Throws Error (Usage).
 Sweep parseSweep(const std::string& argument);
 

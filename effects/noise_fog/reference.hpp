@@ -344,7 +344,8 @@ inline ReferencePixel referencePixel(const NoiseFog& p, const ReferenceProduct& 
     for (int k = 0; k < 3; k++) {
         pixel.color[k] = truth.color[k];
         pixel.transmittance[k] = truth.transmittance;
-        const double A = std::max(p.color[k], p.colorHigh[k]) + (p.hasSun() ? p.sunColor[k] : 0.);
+        const double A = std::max(p.color[k], p.where == asAProduct ? p.color[k] : p.colorHigh[k]) +
+                         (p.hasSun() ? p.sunColor[k] : 0.);
         pixel.scale = std::max({pixel.scale, std::isfinite(scene[k]) ? std::abs(double(scene[k])) : 0, A});
     }
     pixel.color[3] = scene[3];

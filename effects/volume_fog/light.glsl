@@ -51,7 +51,7 @@ vec3 meanOfLamp(Ray ray, Step s, int k) {
         mean = share * length_ / (c.x + c.y * sqrt(distance2) + c.z * distance2);
     }
     // The versine of the angle to the lamp, without cancellation looking into it.
-    float g = anisotropy < 0.0 ? -beyond : beyond;
+    float g = asymmetry() < 0.0 ? -beyond : beyond;
     float distance_ = max(sqrt(apart2 + g * g), 1e-18);
     float versine = g < 0.0 ? apart2 / (distance_ * (distance_ - g)) : 1.0 + g / distance_;
     return mean * scatteredShare(versine) * light.rgb;

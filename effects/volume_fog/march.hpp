@@ -180,9 +180,9 @@ BRUME_INLINE float angleOf(float sine, float cosine) {
 enum class LampStep { Part, Whole, Equiangular };
 
 template <LampStep kind, bool isotropic>
-BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float anisotropy) {
+BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float asymmetry) {
     const float* l = lamp.rows;
-    const float g = std::abs(anisotropy), side = anisotropy < 0 ? -1.0f : 1.0f;
+    const float g = std::abs(asymmetry), side = asymmetry < 0 ? -1.0f : 1.0f;
     alignas(64) Lanes mean;
     BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
@@ -234,7 +234,7 @@ BRUME_INLINE void addLampOf(March& m, const LampTile& lamp) {
     if (m.p.phase == Isotropic)
         addLampLoop<kind, true>(m.tile, lamp, Isotropic, 0);
     else
-        addLampLoop<kind, false>(m.tile, lamp, m.p.phase, m.p.anisotropy);
+        addLampLoop<kind, false>(m.tile, lamp, m.p.phase, m.asymmetry);
 }
 
 BRUME_VECTORISE inline void addLamp(March& m, const LampTile& lamp, bool isWhole) {

@@ -25,6 +25,7 @@ float opacityOf(float x) {
 }
 
 // 4π·p would be 1 for isotropic scattering; light is given as a white surface shows it, hence π.
+float asymmetry() { return phase == phase_henyey_greenstein ? anisotropy : 0.0; }
 float scatteredShare(float versine) {
     const float pi = 3.14159265;
     if (phase == phase_henyey_greenstein) return pi * henyeyGreensteinPhase(abs(anisotropy), versine);
@@ -78,7 +79,7 @@ vec4 passLamp(Ray ray, int k) {
 }
 
 vec3 sunTowards(Ray ray) {
-    float side = anisotropy < 0.0 ? -1.0 : 1.0;
+    float side = asymmetry() < 0.0 ? -1.0 : 1.0;
     return scatteredShare(versineBetween(ray.d, towards_sun * side)) * (sun_color.rgb * sun_intensity);
 }
 

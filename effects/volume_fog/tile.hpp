@@ -86,6 +86,7 @@ struct March {
     bool hasShadow;
     const cv::Mat& shadowMap;
     cv::Vec3f towardsSun, sunLight, ambient;
+    float asymmetry;  // mean cosine of scattering of a phase function that has one
     int volumeCount, lampCount;
     bool severalAlbedos = false;
     VolumeTile volumes[mostVolumes];
@@ -109,6 +110,7 @@ inline March::March(const Params& params, const brume::CpuContext& context)
         sunLight[k] = p.sun_color[k] * p.sun_intensity;
         ambient[k] = p.ambient[k] * p.ambient_intensity;
     }
+    asymmetry = p.phase == HenyeyGreenstein ? p.anisotropy : 0;
     hasShadow = p.shadow_strength > 0 && (shadowRows[0] != 0 || shadowRows[1] != 0 || shadowRows[2] != 0);
     volumeCount = int(c.derived("volume_count")[0]);
     for (int k = 0; k < volumeCount; k++) {
@@ -313,7 +315,7 @@ BRUME_INLINE float stoppingDepth(float brightest) {
 
 BRUME_VECTORISE inline void startMarch(March& m) {
     Tile& tile = m.tile;
-    const float g = std::abs(m.p.anisotropy), side = m.p.anisotropy < 0 ? -1.0f : 1.0f;
+    const float g = std::abs(m.asymmetry), side = m.asymmetry < 0 ? -1.0f : 1.0f;
     const cv::Vec3f s = m.towardsSun * side;
     const float shaded = 1.0f - m.p.shadow_strength;
     for (int x = 0; x < tileWidth; x++) {

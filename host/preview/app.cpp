@@ -244,16 +244,16 @@ void App::advance() {
     redraws_ = std::max(redraws_, 1);
 }
 
-// Panels may edit while they draw; they read this only at the same places as the chain of the frame's start.
-void App::findEffective() {
+const Chain& App::effective() {
     const std::pair<uint64_t, const void*> now{session.revision(), loaded.get()};
-    if (now == effectiveOf_ && effective.steps.size() == session.chain().steps.size()) return;
+    if (now == effectiveOf_ && effective_.steps.size() == session.chain().steps.size()) return effective_;
     effectiveOf_ = now;
-    effective = session.chain();
+    effective_ = session.chain();
     if (loaded) try {
-            effective = withSidecar(session.chain(), loaded->frame);
+            effective_ = withSidecar(session.chain(), loaded->frame);
         } catch (const Error&) {  // the renderer says it
         }
+    return effective_;
 }
 
 void App::draw() {
@@ -263,7 +263,6 @@ void App::draw() {
     ui.beginFrame();
     isDragging = false;
     runShortcuts(*this);
-    findEffective();
 
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const float scale = float(window.contentScale());

@@ -66,8 +66,9 @@ class App {
     std::optional<cv::Point> probed;  ///< the pixel under the pointer
     double frameRate = 0;             ///< pictures a second lately reached the window
     double lastLatency = 0;           ///< ms from input to picture, of the last change
-    Chain effective;                  ///< the chain with what the frame's sidecar supplies
 
+    /// The session's chain with what the frame's sidecar supplies; current also after an edit of this frame.
+    const Chain& effective();
     bool isBusy() const { return renderer_->isBusy(); }
     /// Runs what may throw; the sentence goes to the status line.
     template <class Action>
@@ -96,7 +97,6 @@ class App {
     std::unique_ptr<Runner> makeRunner(const std::string& name) const;
     void presented(Clock::time_point inputTime);
     void writeState();
-    void findEffective();
     double waitSeconds() const;
 
     // What was asked of the renderer last.
@@ -113,6 +113,7 @@ class App {
     uint64_t framesRevision_ = 0;
     std::deque<std::pair<uint64_t, Clock::time_point>> inputs_;  // revision and when its input came
     uint64_t seenRevision_ = 0, shownRevision_ = 0;
+    Chain effective_;
     std::pair<uint64_t, const void*> effectiveOf_{};
     std::deque<Clock::time_point> shown_;
     std::optional<GrowingFile> trace_;

@@ -45,12 +45,12 @@ void drawParameter(App& app, size_t place, const Parameter& p, const std::vector
     const Step& step = app.session.chain().steps[place];
     const bool isGiven = step.given.count(p.name);
     const bool isFromCapture = !isGiven && !p.sidecar.empty() &&
-                               !(app.effective.steps[place].values.at(p.name) == step.values.at(p.name));
+                               !(app.effective().steps[place].values.at(p.name) == step.values.at(p.name));
     ParameterValue value =
-        isFromCapture ? app.effective.steps[place].values.at(p.name) : step.values.at(p.name);
+        isFromCapture ? app.effective().steps[place].values.at(p.name) : step.values.at(p.name);
     const std::string name = step.id + "." + p.name;
     const EffectHeader& header = step.effect->header;
-    const bool isIdle = !isUsed(header, p, app.effective.steps[place].values);
+    const bool isIdle = !isUsed(header, p, app.effective().steps[place].values);
     const bool canReset = isGiven && (!(value == p.defaultValue) || !p.sidecar.empty());
 
     ImGui::PushID(p.name.c_str());
@@ -158,7 +158,8 @@ void drawParameters(App& app, size_t place) {
                             [&](const Parameter& p) { return p.group == group && step.given.count(p.name); });
             const bool isIdle = std::all_of(
                 effect->header.parameters.begin(), effect->header.parameters.end(), [&](const Parameter& p) {
-                    return p.group != group || !isUsed(effect->header, p, app.effective.steps[place].values);
+                    return p.group != group ||
+                           !isUsed(effect->header, p, app.effective().steps[place].values);
                 });
             ImGui::PushStyleColor(ImGuiCol_Text, isIdle ? colors::faint : colors::dim);
             isOpen = ImGui::TreeNodeEx(group.c_str(), (isOpenAtFirst ? ImGuiTreeNodeFlags_DefaultOpen : 0) |

@@ -52,6 +52,12 @@ TEST_F(Apply, whatIsSetInVainIsSaid) {
         << "it matters in one of the two";
     EXPECT_EQ(brume("apply noise_fog street.exr -o c.png --set noise_fog.resolution=64").err, "")
         << "auto may choose the baked method";
+    for (int seed = 1; seed <= 6; seed++)
+        EXPECT_EQ(brume("apply depth_fog street.exr -o d.png --seed " + std::to_string(seed) +
+                        " --set 'depth_fog.model=choice(exponential,linear)' --set depth_fog.curve=3")
+                      .err,
+                  "")
+            << "a frame may draw linear";
 }
 
 // A wall before the lens in all but an eighth of the picture: nine pixels in ten are not eight.

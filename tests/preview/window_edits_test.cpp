@@ -52,6 +52,31 @@ TEST_F(PreviewWindow, EffectsAreAddedMovedDuplicatedSwitchedAndRemoved) {
     quit();
 }
 
+// The button is pressed while the window is being drawn: what comes after it draws the steps as they are
+// then.
+TEST_F(PreviewWindow, UndoneByTheButtonTheStackIsDrawnAsItIsThen) {
+    addFrame("frame.exr", {64, 40});
+    start("frame.exr depth_fog");
+    click("step.depth_fog.remove");
+    waitFor("removed", stackIs({}));
+    click("undo");
+    waitFor("undone", stackIs({"depth_fog"}));
+    waitSettled();
+    click("step.depth_fog");
+    click("add effect");
+    click("offer.fog_blur");
+    waitFor("added", stackIs({"depth_fog", "fog_blur"}));
+    click("step.fog_blur");
+    dragTo(middleOf("step.fog_blur"), middleOf("step.depth_fog"));
+    waitFor("moved", stackIs({"fog_blur", "depth_fog"}));
+    click("step.depth_fog");
+    click("undo");
+    waitFor("moved back", stackIs({"depth_fog", "fog_blur"}));
+    waitSettled();
+    EXPECT_EQ(state()["error"], "");
+    quit();
+}
+
 TEST_F(PreviewWindow, ValuesAreTypedResetAndListed) {
     addFrame("frame.exr", {64, 40});
     start("frame.exr volume_fog");
