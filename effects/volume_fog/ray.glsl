@@ -24,8 +24,9 @@ float opacityOf(float x) {
     return x < 0.5 ? series : 1.0 - fadeOf(x);
 }
 
-// 4π·p would be 1 for isotropic scattering; light is given as a white surface shows it, hence π.
+// Mean cosine of scattering of a phase function that has one.
 float asymmetry() { return phase == phase_henyey_greenstein ? anisotropy : 0.0; }
+// 4π·p would be 1 for isotropic scattering; light is given as a white surface shows it, hence π.
 float scatteredShare(float versine) {
     const float pi = 3.14159265;
     if (phase == phase_henyey_greenstein) return pi * henyeyGreensteinPhase(abs(anisotropy), versine);
