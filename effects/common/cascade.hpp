@@ -59,17 +59,21 @@ BRUME_VECTORISE static void columnsTurn(CascadeState* states, const CascadeState
         states[i / 16] = turned(n, forward[i / 16], n.scale * *(const Four*)(row + i));
 }
 
-// Down eight rows, whose last pixels may lack room; whether they were all finite, which states tell.
-BRUME_VECTORISE static bool columnsForward(float* const* to, const float* const* rows,
-                                           const CascadeState* before, CascadeState* after, int floats,
-                                           const CascadeNumbers& numbers) {
+// Down eight rows, whose last pixels may lack room; whether they were all finite, which states tell. What
+// comes out is left out where it is not `wanted`.
+template <bool wanted>
+BRUME_INLINE bool columnsDown(float* const* to, const float* const* rows, const CascadeState* before,
+                              CascadeState* after, int floats, const CascadeNumbers& numbers) {
     const CascadeNumbers n = numbers;
     typedef int Bits __attribute__((vector_size(64), may_alias));
     Bits largest = {};
     auto run = [&](int i, auto load) __attribute__((always_inline)) {
         CascadeState s = before[i / 16];
         for (int k = 0; k < cascadeRows; k++)
-            *(Four*)(to[k] + i) = advance(n, s, n.scale * load(rows[k] + i));
+            if constexpr (wanted)
+                *(Four*)(to[k] + i) = advance(n, s, n.scale * load(rows[k] + i));
+            else
+                follow(n, s, n.scale * load(rows[k] + i));
         for (const Four& x : {s.value, s.slope}) {
             const Bits bits = (Bits)x & 0x7fffffff;
             largest = bits > largest ? bits : largest;
@@ -93,6 +97,15 @@ BRUME_VECTORISE static bool columnsForward(float* const* to, const float* const*
     int most = 0;
     for (int k = 0; k < 16; k++) most = std::max(most, largest[k]);
     return most < 0x7f800000;
+}
+BRUME_VECTORISE static bool columnsForward(float* const* to, const float* const* rows,
+                                           const CascadeState* before, CascadeState* after, int floats,
+                                           const CascadeNumbers& numbers) {
+    return columnsDown<true>(to, rows, before, after, floats, numbers);
+}
+BRUME_VECTORISE static bool columnsApproach(const float* const* rows, const CascadeState* before,
+                                            CascadeState* after, int floats, const CascadeNumbers& numbers) {
+    return columnsDown<false>(nullptr, rows, before, after, floats, numbers);
 }
 // Up eight rows of what went down, for their state alone.
 BRUME_VECTORISE static void columnsPass(CascadeState* states, const float* const* rows, int floats,
@@ -142,29 +155,50 @@ BRUME_VECTORISE static void columnsBackward(float* lanes, CascadeState* states, 
     }
     for (int half = 0; half < 2; half++) ends[half] = turned(n, along[half], last[half]);
 }
-// Back along eight rows, columns `from` to `end` - 1; pixel (k, x) of the result is at 4·(k·stride + x -
-// from).
-BRUME_VECTORISE static void rowsBackward(float* out, int stride, CascadeState* ends, const float* lanes,
-                                         int from, int end, const CascadeNumbers& numbers) {
+// Back along eight rows, the first `count` of which are wanted. put(to, x) writes four pixels.
+template <class Put>
+BRUME_INLINE void rowsBackwardBy(float* const* out, int count, CascadeState* ends, const float* lanes,
+                                 int width, const CascadeNumbers& numbers, Put put) {
     const CascadeNumbers n = numbers;
     CascadeState along[2] = {ends[0], ends[1]};
-    for (int i = (end - 1 - from) / 4 * 4 + from; i >= from; i -= 4)
-        for (int half = 0; half < 2; half++) {
-            Four x[4] = {};
-            const float* at = lanes + laneCount * i + 16 * half;
-            if (i + 4 <= end) {
-#pragma GCC unroll 4
-                for (int k = 3; k >= 0; k--)
-                    x[k] = n.scale * advance(n, along[half], *(const Four*)(at + laneCount * k));
-            } else {
-                for (int k = end - i - 1; k >= 0; k--)
-                    x[k] = n.scale * advance(n, along[half], *(const Four*)(at + laneCount * k));
+    int i = (width - 1) / 4 * 4;
+    if (const int rest = width - i; rest < 4) {
+        for (int half = 0; half < 2; half++)
+            for (int k = rest - 1; k >= 0; k--) {
+                const Four x = n.scale * advance(n, along[half],
+                                                 *(const Four*)(lanes + laneCount * (i + k) + 16 * half));
+                for (int row = 0; row < std::min(4, count - 4 * half); row++)
+                    for (int c = 0; c < 4; c++) out[4 * half + row][4 * (i + k) + c] = x[4 * row + c];
             }
+        i -= 4;
+    }
+    for (; i >= 0; i -= 4)
+        for (int half = 0; half < 2; half++) {
+            Four x[4];
+            const float* at = lanes + laneCount * i + 16 * half;
+#pragma GCC unroll 4
+            for (int k = 3; k >= 0; k--)
+                x[k] = n.scale * advance(n, along[half], *(const Four*)(at + laneCount * k));
             transpose(x);
-            for (int k = 0; k < 4; k++) *(Four*)(out + 4 * ((4 * half + k) * stride + i - from)) = x[k];
+            for (int k = 0; k < 4; k++)
+                if (4 * half + k < count) put(out[4 * half + k] + 4 * i, x[k]);
         }
-    ends[0] = along[0], ends[1] = along[1];
 }
+BRUME_VECTORISE static void rowsBackward(float* const* out, int count, CascadeState* ends, const float* lanes,
+                                         int width, const CascadeNumbers& n) {
+    rowsBackwardBy(
+        out, count, ends, lanes, width, n,
+        [](float* to, Four x) __attribute__((always_inline)) { *(Four*)to = x; });
+}
+#ifdef BRUME_STREAMS_LINES
+// The same past the caches; rows begin where a line of the cache does.
+BRUME_STREAMS_LINES static void rowsBackwardStreamed(float* const* out, int count, CascadeState* ends,
+                                                     const float* lanes, int width, const CascadeNumbers& n) {
+    rowsBackwardBy(
+        out, count, ends, lanes, width, n,
+        [](float* to, Four x) __attribute__((always_inline)) { brume::streamLine(to, x); });
+}
+#endif
 /// Whether cascadedBlur takes an image of so many rows: otherwise its bands would be most of the image.
 inline bool isCascaded(int height, int reach) { return reach <= std::max(128, height / 3); }
 
@@ -175,15 +209,22 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
     CascadeNumbers numbers;
     std::memcpy(&numbers, cascade.data(), sizeof numbers);
     const int width = in.cols, height = in.rows, floats = 4 * width, room = (floats + 15) / 16 * 16;
-    const int last = (height + 7) / 8 * 8, band = 128, around = (reach + 7) / 8 * 8, ringRows = band + around;
+    const int last = (height + 7) / 8 * 8, around = (reach + 7) / 8 * 8;
     // Tasks look at `reach` rows beyond theirs; always as many, so that bits do not depend on threads.
     const int tasks = height < 2 * reach ? 1 : std::clamp(height / (16 * std::max(reach, 1)) * 2, 2, 16);
+    // As tall as their filtered rows stay in the last cache: what comes behind a band is gone up twice.
+    constexpr size_t cacheBytes = 13 << 20;
+    const int fit = int(cacheBytes / (4 * size_t(room))) - around, tallest = std::max(128, fit),
+              each = last / tasks, bands = (each + tallest - 1) / tallest,
+              band = (each / std::max(bands, 1) + 15) / 8 * 8, ringRows = band + around;
+    const bool streamsLines = streams && brume::canStreamLines(out), isCopied = streams && !streamsLines;
     cv::parallel_for_(
         cv::Range(0, tasks),
         [&](const cv::Range& range) {
             const TinyAsZero tinyAsZero;
             Scratch ring(size_t(ringRows) * room), finite(size_t(cascadeRows) * room),
-                states(6 * size_t(room)), lanes(8 * size_t(room));
+                states(6 * size_t(room)), lanes(8 * size_t(room)),
+                finished(isCopied ? size_t(cascadeRows) * room : 0);
             CascadeState* forward = reinterpret_cast<CascadeState*>(states.data());
             CascadeState *after = forward + room / 16, *back = after + room / 16;
             auto slot = [&](int y) { return ring.data() + size_t(y % ringRows) * room; };
@@ -195,15 +236,19 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
                 }
                 return finite.data();
             };
-            auto goDown = [&](int y) {
+            auto goDown = [&](int y, bool isWanted) {
                 const float* rows[cascadeRows];
                 float* to[cascadeRows];
                 for (int k = 0; k < cascadeRows; k++)
                     rows[k] = in.ptr<float>(std::min(y + k, height - 1)), to[k] = slot(y + k);
-                if (!columnsForward(to, rows, forward, after, floats, numbers)) {
+                auto go = [&] {
+                    return isWanted ? columnsForward(to, rows, forward, after, floats, numbers)
+                                    : columnsApproach(rows, forward, after, floats, numbers);
+                };
+                if (!go()) {
                     copyRows(y, cascadeRows);
                     for (int k = 0; k < cascadeRows; k++) rows[k] = finite.data() + size_t(k) * room;
-                    columnsForward(to, rows, forward, after, floats, numbers);
+                    go();
                 }
                 std::swap(forward, after);
             };
@@ -211,9 +256,10 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
                 const int begin = last / 8 * t / tasks * 8, end = last / 8 * (t + 1) / tasks * 8;
                 int done = std::max(begin - around, 0);
                 columnsBegin(forward, copyRows(done, 1), floats, numbers.scale, numbers);
+                for (; done < begin; done += cascadeRows) goDown(done, false);
                 for (int y0 = begin; y0 < end; y0 += band) {
                     const int y1 = std::min(y0 + band, end), beyond = std::min(y1 + around, last);
-                    for (; done < beyond; done += cascadeRows) goDown(done);
+                    for (; done < beyond; done += cascadeRows) goDown(done, true);
                     if (beyond == last)
                         columnsTurn(back, forward, copyRows(height - 1, 1), floats, numbers);
                     else
@@ -227,15 +273,19 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
                         }
                         CascadeState ends[2];
                         columnsBackward(lanes.data(), back, ends, rows, floats, numbers);
-                        constexpr int part = 64;
-                        alignas(64) float finished[cascadeRows * 4 * part];
-                        for (int x = (width - 1) / part * part; x >= 0; x -= part) {
-                            const int count = std::min(part, width - x);
-                            rowsBackward(finished, part, ends, lanes.data(), x, x + count, numbers);
-                            for (int k = 0; k < std::min(cascadeRows, height - y); k++)
-                                brume::putRow(out.ptr<float>(y + k) + 4 * x, finished + 4 * part * k,
-                                              4 * size_t(count), streams);
+                        const int count = std::min(cascadeRows, height - y);
+                        float* to[cascadeRows];
+                        for (int k = 0; k < count; k++)
+                            to[k] = isCopied ? finished.data() + size_t(k) * room : out.ptr<float>(y + k);
+#ifdef BRUME_STREAMS_LINES
+                        if (streamsLines) {
+                            rowsBackwardStreamed(to, count, ends, lanes.data(), width, numbers);
+                            continue;
                         }
+#endif
+                        rowsBackward(to, count, ends, lanes.data(), width, numbers);
+                        for (int k = 0; k < count && isCopied; k++)
+                            brume::putRow(out.ptr<float>(y + k), to[k], size_t(floats), true);
                     }
                 }
             }

@@ -6,6 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <opencv2/core/mat.hpp>
+
+#include "effect/kit/math.hpp"
 
 #if defined(__SSE2__)
 #include <immintrin.h>
@@ -67,6 +70,29 @@ __attribute__((noinline, target("avx512f"))) inline void streamPlanes(float* to,
 #else
 inline void streamPlanes(float*, const float*, int, int) {}
 #endif
+
+// A line of the cache straight from a register: only in code compiled for AVX-512, which no sanitizer looks
+// at.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    defined(__OPTIMIZE__)
+#define BRUME_STREAMS_LINES __attribute__((target("arch=x86-64-v4")))
+typedef float StreamedLine __attribute__((vector_size(64), may_alias));
+BRUME_INLINE void streamLine(float* to, StreamedLine x) {
+    asm volatile("vmovntps %1, %0" : "=m"(*reinterpret_cast<StreamedLine*>(to)) : "v"(x));
+}
+#endif
+/// Whether this machine has what BRUME_STREAMS_LINES compiles for, and the image's rows begin where a line
+/// does.
+inline bool canStreamLines(const cv::Mat& out) {
+#ifdef BRUME_STREAMS_LINES
+    static const bool can = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                            __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                            __builtin_cpu_supports("avx512vl");
+    return can && reinterpret_cast<uintptr_t>(out.data) % 64 == 0 && out.step[0] % 64 == 0;
+#else
+    return (void)out, false;
+#endif
+}
 
 /// Copies whole pixels of 16 bytes, `to` aligned to them, past the caches if it `streams`. The thread that
 /// did ends with streamEnd().
