@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <opencv2/core/utility.hpp>
+#include <set>
 #include <vector>
 
 #include "effect/plan.hpp"
@@ -15,6 +16,8 @@
 namespace brume {
 
 constexpr int trialWidth = 64;  // rays a tile
+constexpr int trialEdge = 8;    // of them where they are neighbours
+static_assert(trialEdge * trialEdge == trialWidth);
 
 /// What fog makes of the colours behind a tile of rays: colour·through + added.
 struct TrialOutcome {
@@ -61,6 +64,23 @@ inline std::vector<Probe> raysEverywhere(const PlanInput& in, int finer) {
     for (double y = apart / 2; y < in.scene.size.height; y += apart)
         for (double x = apart / 2; x < in.scene.size.width; x += apart)
             addRay(in, ahead, x - camera.cx, y - camera.cy, rays);
+    return rays;
+}
+
+/// The frame's own pixels, one in apart × apart (0: none): a tile of rays are neighbours, as in a frame.
+inline std::vector<Probe> pixelsApart(const PlanInput& in, int apart) {
+    constexpr int edge = trialEdge;
+    std::vector<cv::Point> pixels;
+    const cv::Size size = in.scene.size;
+    for (int top = apart / 2; apart && top < size.height; top += edge * apart)
+        for (int left = apart / 2; left < size.width; left += edge * apart)
+            for (int y = top; y < std::min(top + edge * apart, size.height); y += apart)
+                for (int x = left; x < std::min(left + edge * apart, size.width); x += apart)
+                    pixels.emplace_back(x, y);
+    std::vector<Probe> rays(pixels.size());
+    cv::parallel_for_({0, int(pixels.size())}, [&](const cv::Range& range) {
+        for (int k = range.start; k < range.end; k++) rays[size_t(k)] = in.probeAt(pixels[size_t(k)]);
+    });
     return rays;
 }
 
@@ -161,6 +181,107 @@ class Trial {
     int worst_ = 0;               // the tile where the last method failed
 };
 
+/// Methods tried on the frame's own pixels. The truth of many would take longer than the frame: one in apart
+/// × apart is marched by each method and by the exact one in twice the steps, and only around the pixels
+/// where the two look farthest apart the truth is asked. A `Rays` is made of rays and has error(method,
+/// steps, enough) and doubt().
+template <class Rays>
+class Screen {
+  public:
+    using Make = std::function<std::unique_ptr<Rays>(std::vector<Probe>)>;
+
+    /// `first`: rays whose truth is asked whatever methods look like there.
+    Screen(const PlanInput& in, int apart, int exact, std::vector<Probe> first, const Make& make,
+           const std::function<Trial::Fog(const std::vector<Probe>&)>& fogOn)
+        : in_(in),
+          exact_(exact),
+          make_(make),
+          rays_(Trial::filled(pixelsApart(in, apart))),
+          fog_(fogOn(rays_)),
+          outcomes_(rays_.size() / trialWidth) {
+        if (!first.empty()) found_.push_back(make_(std::move(first)));
+    }
+
+    double error(int method, int steps, double enough) {
+        double worst = 0;
+        auto take = [&](Rays& found) { worst = std::max(worst, found.error(method, steps, enough)); };
+        for (const auto& found : found_) {
+            take(*found);
+            if (worst > enough) return worst;
+        }
+        if (rays_.empty()) return worst;
+        // Where fewer steps, and not many fewer, look wrong, these do.
+        int& last = screened_[method];
+        if (last && steps <= 1.25 * last + 1) return worst;
+        last = steps;
+        if (auto rays = around(apart(method, steps), std::min(enough, in_.tolerance) / 4); !rays.empty()) {
+            found_.push_back(make_(std::move(rays)));
+            take(*found_.back());
+        }
+        return worst;
+    }
+    Rays& first() { return *found_.front(); }
+    double doubt() const {
+        double most = 0;
+        for (const auto& found : found_) most = std::max(most, found->doubt());
+        return most;
+    }
+
+  private:
+    static constexpr int edge = trialEdge;  // px: where the truth is asked, it is of blocks
+
+    const PlanInput& in_;
+    int exact_;
+    Make make_;
+    std::vector<Probe> rays_;
+    Trial::Fog fog_;
+    std::vector<TrialOutcome> outcomes_;  // of the exact method ...
+    int steps_ = 0;                       // ... in so many steps
+    std::map<int, int> screened_;         // by method, the most steps that were
+    std::vector<std::unique_ptr<Rays>> found_;
+    std::set<std::pair<int, int>> asked_;  // blocks
+
+    // How far apart the method and the exact one look at every ray.
+    std::vector<float> apart(int method, int steps) {
+        const bool isCoarse = 2 * steps_ < 3 * steps;
+        if (isCoarse) steps_ = 2 * steps;
+        std::vector<float> apart(rays_.size());
+        cv::parallel_for_({0, int(outcomes_.size())}, [&](const cv::Range& range) {
+            for (int tile = range.start; tile < range.end; tile++) {
+                TrialOutcome got;
+                if (isCoarse) fog_(tile, exact_, steps_, outcomes_[tile]);
+                fog_(tile, method, steps, got);
+                for (int x = 0; x < trialWidth; x++) {
+                    const size_t k = size_t(tile) * trialWidth + x;
+                    apart[k] = float(differenceAt(in_, rays_[k], got, outcomes_[tile], x));
+                }
+            }
+        });
+        return apart;
+    }
+    // All pixels of the blocks where it is farthest apart, but of those that were asked already.
+    std::vector<Probe> around(const std::vector<float>& apart, double least) {
+        const cv::Size size = in_.scene.size;
+        const size_t blocks = size_t(std::clamp(size.area() / 14400, 32, 64));
+        std::vector<int> order;
+        for (int k = 0; k < int(apart.size()); k++)
+            if (apart[k] > least) order.push_back(k);
+        std::sort(order.begin(), order.end(), [&](int a, int b) { return apart[a] > apart[b]; });
+        std::vector<Probe> rays;
+        std::set<std::pair<int, int>> farthest;
+        for (int k : order) {
+            const cv::Point corner = rays_[k].pixel / edge * edge;
+            farthest.insert({corner.x, corner.y});
+            if (farthest.size() > blocks) break;
+            if (!asked_.insert({corner.x, corner.y}).second) continue;
+            for (int n = 0; n < edge * edge; n++)
+                rays.push_back(in_.probeAt({std::min(corner.x + n % edge, size.width - 1),
+                                            std::min(corner.y + n / edge, size.height - 1)}));
+        }
+        return rays;
+    }
+};
+
 struct TrialLevel {
     int finer;      ///< finer² rays of every tile of the frame; 0: the few
     double margin;  ///< the worst of all pixels may be so many times the worst of these rays
@@ -187,8 +308,10 @@ class TrialLevels {
         double feared = 0, worst = 0, before = HUGE_VAL;
         for (int level = 0; level < int(levels_.size()); level++) {
             // More rays can only tell of larger errors.
-            const double doubt = at(level).doubt(), least = levels_.back().margin;
+            const double least = levels_.back().margin;
+            double doubt = at(level).doubt();
             const double own = at(level).error(option.method, option.steps, (enough - doubt) / least);
+            doubt = at(level).doubt();  // of more rays, maybe
             worst = std::max(worst, own);
             feared = least * worst + doubt;
             if (feared > enough) break;

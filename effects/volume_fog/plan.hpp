@@ -46,12 +46,13 @@ inline Bounds boundsOf(const Params& p, const brume::PlanInput& in) {
     return bounds;
 }
 
-// Frame copies on the CPU at 1280×720 with two threads, as `brume bench volume_fog --backend cpu` has them;
-// of lamps and of further volumes estimated. `lampShare`: of the rays, within lamps' ranges.
+// Frame copies on the CPU at 1280×720 with two threads, as `brume bench volume_fog --backend cpu` has them.
+// `lampShare`: of the rays, within lamps' ranges.
 inline double costOf(const Params& p, int method, int steps, double lampShare, bool hasShadow) {
     const double volumes = double(p.density > 0) + double(p.boxes.size());
-    double step = .3 + .3 * volumes + (method == Equiangular ? 1. : .5) * lampShare + (hasShadow ? .5 : 0);
-    if (method == GaussLegendre) step += .4;
+    const double lamp = (method == Equiangular ? 1.3 : .25) + (p.phase != Isotropic ? .5 : 0);
+    double step = .3 + .3 * volumes + lamp * lampShare + (hasShadow ? .5 : 0);
+    if (method == GaussLegendre) step += .6;
     if (p.noise != NoNoise) {
         const bool isInterpolated = method == Midpoint || method == Equiangular;
         const int every = isInterpolated ? p.noise_every : 1;
@@ -88,61 +89,52 @@ inline const char* nameOf(int method) {
     return names[method];
 }
 
-// A method of the march; `exactly` is the one that tends to the truth.
-inline brume::Trial::Fog fogOf(const Params& p, const RayMarch& march, int exactly) {
-    return [&p, &march, exactly](int tile, int method, int steps, brume::TrialOutcome& outcome) {
+// The method that tends to the truth.
+constexpr int exactly = -1;
+
+// A method of the march on rays.
+inline brume::Trial::Fog fogOn(const Params& p, const brume::PlanInput& in,
+                               const std::vector<brume::Probe>& rays) {
+    auto march = std::make_shared<const RayMarch>(p, in, rays);
+    return [&p, march](int tile, int method, int steps, brume::TrialOutcome& outcome) {
         Params tried = p;
         tried.method = method, tried.steps = steps;
         if (method == exactly) {
             tried.method = p.point_lights.empty() ? Midpoint : Equiangular;
             tried.noise_every = 1;
         }
-        march(tile, tried, outcome);
+        (*march)(tile, tried, outcome);
     };
 }
 
-// Methods on some rays of the frame: few and those that tell most, all probes and one ray of every tile, or
-// four.
+// Methods against the truth on some rays.
 class RayTrial {
   public:
-    RayTrial(const Params& p, const brume::PlanInput& in, int level)
-        : rays_(brume::Trial::filled(raysOf(p, in, level))),
-          march_(p, in, rays_),
-          trial_(in, rays_, fogOf(p, march_, exactly), exactly, 64, 4096) {
-        if (p.early_stop) stopping_ = stoppingError(p);
+    RayTrial(const Params& p, const brume::PlanInput& in, std::vector<brume::Probe> rays)
+        : rays_(brume::Trial::filled(std::move(rays))),
+          trial_(in, rays_, fogOn(p, in, rays_), exactly, 64, 4096) {
+        if (p.early_stop) stopping_ = stoppingError(p, in);
     }
     double error(int method, int steps, double enough) { return trial_.error(method, steps, enough); }
     // Stopping early leaves out what is bounded, and as much at any number of steps.
     double doubt() const { return trial_.doubt() + stopping_; }
-    double lampShare() const { return march_.lampShare(); }
 
   private:
-    static constexpr int exactly = -1;
     std::vector<brume::Probe> rays_;
-    RayMarch march_;
     brume::Trial trial_;
     double stopping_ = 0;
 
-    double stoppingError(const Params& p) const {
-        Params stopped = p, unstopped = p;
-        stopped.method = unstopped.method = Midpoint;
-        stopped.steps = unstopped.steps = 64;
+    double stoppingError(const Params& p, const brume::PlanInput& in) const {
+        Params unstopped = p;
         unstopped.early_stop = false;
+        const auto stopped = fogOn(p, in, rays_), whole = fogOn(unstopped, in, rays_);
         std::vector<double> errors(trial_.tiles() + 1, 0.);
         trial_.each([&](int tile) {
             brume::TrialOutcome a, b;
-            march_(tile, stopped, a), march_(tile, unstopped, b);
+            stopped(tile, Midpoint, 64, a), whole(tile, Midpoint, 64, b);
             errors[tile] = trial_.differenceOf(a, b, tile);
         });
         return *std::max_element(errors.begin(), errors.end());
-    }
-    static std::vector<brume::Probe> raysOf(const Params& p, const brume::PlanInput& in, int level) {
-        if (level == 0) return Rays(p, in).all();
-        std::vector<brume::Probe> rays = brume::raysEverywhere(in, level);
-        const auto& probes = in.frame.probes;
-        const size_t many = std::min(probes.size(), size_t(in.scene.size.area()) / 8);
-        if (level == 1) rays.insert(rays.end(), probes.begin(), probes.begin() + long(many));
-        return rays;
     }
 };
 
@@ -167,12 +159,20 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
         plan.why = "p2 is not the integral at any number of steps; 128 are the paper's own";
         return plan;
     }
-    brume::TrialLevels<RayTrial> trials({{0, 20}, {1, 3}, {2, 2}},
-                                        [&](int finer) { return std::make_unique<RayTrial>(p, in, finer); });
+    const auto few = Rays(p, in).all();
+    using Screen = brume::Screen<RayTrial>;
+    auto trialOf = [&](std::vector<brume::Probe> rays) {
+        return std::make_unique<RayTrial>(p, in, std::move(rays));
+    };
+    brume::TrialLevels<Screen> trials({{0, 20}, {4, 1.25}}, [&](int apart) {
+        return std::make_unique<Screen>(
+            in, apart, exactly, apart ? std::vector<brume::Probe>() : few, trialOf,
+            [&](const std::vector<brume::Probe>& rays) { return fogOn(p, in, rays); });
+    });
     auto errorOf = [&](const brume::TrialOption& option, double enough) {
         return trials.error(option, enough);
     };
-    const auto options = optionsOf(p, in, trials.at(0).lampShare());
+    const auto options = optionsOf(p, in, RayMarch(p, in, few).lampShare());
     const brume::TrialChoice best = brume::cheapest(options, in.tolerance, in.chooses("steps"), errorOf);
     plan.chosen["method"] = best.option.method;
     plan.chosen["steps"] = best.option.steps;

@@ -121,6 +121,7 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
     PlanInput input;
     if (planners > 0) input.frame = measureFrame(frame);
     input.scene = deriveContextFor(frame, frame.size());
+    input.depth = frame.depth;
     input.backend = backend;
     input.tolerance = 1. / 510 / std::max(1., double(planners));
     input.transmittanceIsRead = chain.readsTransmittance(keep);
@@ -158,7 +159,9 @@ Chain planChain(const Chain& chain, const FramePair& frame, Backend backend,
                     }
                 own.maxInput = std::max(std::abs(own.input.low), std::abs(own.input.high));
                 own.frame.probes = known.at(step.input, input.frame.probes);
-                if (!known.isCaptured.count(step.input))
+                if (known.isCaptured.count(step.input))
+                    own.color = frame.color;
+                else
                     own.frame.hardest = darkest(input.frame.hardest, own.input);
                 own.arriving = arrivingAt(steps, k, made, frame);
                 own.isLast = !isReadLater(steps, k, step.output);

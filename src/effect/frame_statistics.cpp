@@ -6,6 +6,7 @@
 #include "effect/chain.hpp"
 #include "effect/kit/math.hpp"
 #include "effect/kit/view.hpp"
+#include "effect/runner.hpp"
 
 namespace brume {
 namespace {
@@ -207,21 +208,29 @@ void spread(cv::Size size, int columns, int rows, std::vector<cv::Point>& pixels
     }
 }
 
-Probe probeAt(const FramePair& frame, const Camera& camera, cv::Point pixel) {
+}  // namespace
+
+Probe PlanInput::probeAt(cv::Point pixel) const {
     Probe probe;
     probe.pixel = pixel;
-    const cv::Vec3d ray = camera.ray(pixel.x, pixel.y);
-    const auto& m = frame.camera.worldFromCamera;
+    const cv::Vec3d ray = scene.camera.ray(pixel.x, pixel.y);
+    const double length = cv::norm(ray);
+    const auto& m = scene.camera.worldFromCamera;
+    const cv::Point place = ImageBounds::placeOf(pixel);
     for (int n = 0; n < 3; n++) {
-        probe.direction[n] = (m(n, 0) * ray[0] + m(n, 1) * ray[1] + m(n, 2) * ray[2]) / cv::norm(ray);
-        probe.low[n] = probe.high[n] = bounded(frame.color.at<cv::Vec4f>(pixel)[n]);
+        probe.direction[n] = (m(n, 0) * ray[0] + m(n, 1) * ray[1] + m(n, 2) * ray[2]) / length;
+        if (!color.empty())
+            probe.low[n] = probe.high[n] = bounded(color.at<cv::Vec4f>(pixel)[n]);
+        else if (!input.lowest.empty())
+            probe.low[n] = input.lowest.at<cv::Vec3f>(place)[n],
+            probe.high[n] = input.highest.at<cv::Vec3f>(place)[n];
+        else
+            probe.low[n] = input.low, probe.high[n] = input.high;
     }
-    const float depth = frame.depth.at<float>(pixel);
-    probe.distance = depth < HUGE_VALF ? depth * cv::norm(ray) : HUGE_VAL;
+    const float planar = depth.at<float>(pixel);
+    probe.distance = planar < HUGE_VALF ? planar * length : HUGE_VAL;
     return probe;
 }
-
-}  // namespace
 
 FrameStatistics measureFrame(const FramePair& frame) {
     FrameStatistics s;
@@ -260,14 +269,17 @@ FrameStatistics measureFrame(const FramePair& frame) {
     cv::minMaxLoc(s.color.highest.reshape(1), nullptr, &high);
     s.color.low = low, s.color.high = high;
 
+    PlanInput seen;
+    seen.scene = deriveContextFor(frame, s.size);
+    seen.depth = frame.depth, seen.color = frame.color;
     for (const Extreme* extreme :
          {&all.nearest, &all.farthest, &all.lowest, &all.highest, &all.brightest, &all.darkestFar})
-        s.probes.push_back(probeAt(frame, camera, extreme->pixel));
+        s.probes.push_back(seen.probeAt(extreme->pixel));
     const int right = s.size.width - 1, bottom = s.size.height - 1;
     std::vector<cv::Point> pixels = {{0, 0}, {0, bottom}, {right, 0}, {right, bottom}};
     spread(s.size, 32, 18, pixels);
     spread(s.size, 80, 45, pixels);
-    for (cv::Point pixel : pixels) s.probes.push_back(probeAt(frame, camera, pixel));
+    for (cv::Point pixel : pixels) s.probes.push_back(seen.probeAt(pixel));
     return s;
 }
 

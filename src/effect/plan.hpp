@@ -73,6 +73,8 @@ struct PlanInput {
     bool isLast = true;  ///< no later step reads what this one writes
     double gain = 1;     ///< later effects may multiply an error in linear light by at most this
     ImageBounds input;   ///< of the main input image
+    cv::Mat color;       ///< CV_32FC4: its pixels where it still is as captured, else empty
+    cv::Mat depth;       ///< CV_32FC1: the frame's, m, planar, inf: sky
     std::map<std::string, ImageBounds> images;  ///< of the other image parameters
     double maxInput = 0;                        ///< its largest |channel|
     bool transmittanceIsRead = false;
@@ -81,6 +83,8 @@ struct PlanInput {
     std::function<cv::Mat(const std::string& parameter)> arriving;
 
     bool chooses(const std::string& parameter) const { return automatic.count(parameter) > 0; }
+    /// Any pixel of the frame, with the colour that arrives there.
+    Probe probeAt(cv::Point pixel) const;
 
     /// How far apart two values of a channel look in the end: |enc(clip(a)) - enc(clip(b))|, sRGB-encoded.
     /// Where later effects might darken it, nothing is clipped, and above 1 only the ratio counts.

@@ -100,7 +100,7 @@ class PluginEffect {
     virtual Plan plan(const Params&, const PlanInput&) const = 0;
 };
 
-inline constexpr uint32_t pluginInterfaceVersion = 7;
+inline constexpr uint32_t pluginInterfaceVersion = 8;
 
 /// The one symbol a plugin exports, as `brume_plugin`.
 struct PluginEntry {
