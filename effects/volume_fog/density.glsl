@@ -8,11 +8,11 @@ float lookUpNoise(Ray ray, float at) {
 }
 
 // 6.1 knot j lies where step j·every begins
-float lookUpKnot(Ray ray, int j) { return lookUpNoise(ray, ray.begin + ray.stride * float(j * noise_every)); }
+float lookUpKnot(Ray ray, int j) { return lookUpNoise(ray, ray.begin + ray.stride * float(j * ray.every)); }
 
 // 6.2 the cubic through four knots
-float interpolateNoise(int i, float u, vec4 knots) {
-    float f = (float(i - i / noise_every * noise_every) + u) * (1.0 / float(noise_every));
+float interpolateNoise(Ray ray, int i, float u, vec4 knots) {
+    float f = (float(i - i / ray.every * ray.every) + u) * (1.0 / float(ray.every));
     float e = f + 1.0, g = f - 1.0, h = f - 2.0;
     float n = (e * (g * h * knots.y - f * h * knots.z)) * 0.5 +
               (f * g * (e * knots.w - h * knots.x)) * 0.166666667;
@@ -29,9 +29,9 @@ float placeNoise(Ray ray, Step s, int i, inout float shared_, inout vec4 knots) 
     } else if (noise_every > 1 && method != method_gauss_legendre && method != method_p2) {
         if (i == 0)
             knots = vec4(lookUpKnot(ray, -1), lookUpKnot(ray, 0), lookUpKnot(ray, 1), lookUpKnot(ray, 2));
-        else if (i % noise_every == 0)
-            knots = vec4(knots.yzw, lookUpKnot(ray, i / noise_every + 2));
-        n = interpolateNoise(i, s.u, knots);
+        else if (i % ray.every == 0)
+            knots = vec4(knots.yzw, lookUpKnot(ray, i / ray.every + 2));
+        n = interpolateNoise(ray, i, s.u, knots);
     } else {
         n = lookUpNoise(ray, s.at);
     }

@@ -100,12 +100,12 @@ template <bool areWithin>
 BRUME_INLINE void placeInMapLoop(March& m) {
     Tile& tile = m.tile;
     const float* r = m.shadowRows;
-    const float width = float(m.shadowMap.cols), height = float(m.shadowMap.rows);
-    const int32_t rowFloats = int32_t(m.shadowMap.step1()), channels = m.shadowMap.channels();
+    const float width = m.mapWidth, height = m.mapHeight, u0 = r[3] * width, v0 = r[7] * height;
+    const int32_t rowFloats = m.mapRowFloats, channels = m.mapChannels;
     BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
-        float u = (r[3] + tile.shadowU[x] * tile.at[x]) * width;
-        float v = (r[7] + tile.shadowV[x] * tile.at[x]) * height;
+        float u = u0 + tile.shadowU[x] * tile.at[x];
+        float v = v0 + tile.shadowV[x] * tile.at[x];
         float d = r[11] + tile.shadowD[x] * tile.at[x];
         if constexpr (!areWithin) {
             const bool isOnIt = (u >= 0.0f) & (u < width) & (v >= 0.0f) & (v < height) & (d <= 1.0f);
@@ -132,7 +132,7 @@ inline bool shadeStep(March& m, int i) {
     const float begin = float(i), end = begin + 1.0f;
     if (!(end + 1.0f > tile.firstInMap && begin - 1.0f < tile.lastInMap)) return false;
     placeInMap(m, begin - 1.0f > tile.firstWhollyIn && end + 1.0f < tile.lastWhollyIn);
-    brume::gather(m.shadowMap.ptr<float>(), tile.mapIndex, tile.nearest, tileWidth);
+    brume::gather(m.mapFloats, tile.mapIndex, tile.nearest, tileWidth);
     return true;
 }
 
@@ -142,17 +142,11 @@ BRUME_INLINE float sunShare(const Tile& tile, int x, float shaded) {
 }
 
 BRUME_VECTORISE inline void lightStep(Tile& tile, bool isInMap) {
-    if (!isInMap) {
-        std::memcpy(tile.lightRed, tile.litRed, sizeof(Lanes));
-        std::memcpy(tile.lightGreen, tile.litGreen, sizeof(Lanes));
-        std::memcpy(tile.lightBlue, tile.litBlue, sizeof(Lanes));
-        return;
-    }
+    for (int k = 0; k < 3; k++) tile.source[k] = isInMap ? tile.light[k] : tile.lit[k];
+    if (!isInMap) return;
     for (int x = 0; x < tileWidth; x++) {
         const bool isShaded = tile.sunDepth[x] > tile.nearest[x];
-        tile.lightRed[x] = isShaded ? tile.dimRed[x] : tile.litRed[x];
-        tile.lightGreen[x] = isShaded ? tile.dimGreen[x] : tile.litGreen[x];
-        tile.lightBlue[x] = isShaded ? tile.dimBlue[x] : tile.litBlue[x];
+        for (int k = 0; k < 3; k++) tile.light[k][x] = isShaded ? tile.dim[k][x] : tile.lit[k][x];
     }
 }
 
@@ -190,7 +184,7 @@ BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float
         if constexpr (kind == LampStep::Whole) {
             beyond = (tile.t0[x] - lamp.along[x]) + tile.u[x] * (tile.t1[x] - tile.t0[x]);
             const float distance2 = lamp.apart2[x] + beyond * beyond;
-            mean[x] = l[7] / (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2);
+            mean[x] = l[7] / (l[8] + l[9] * brume::sqrtFast(distance2) + l[10] * distance2);
         } else {
             const float from = most(lamp.enter[x], tile.t0[x]);
             const float length = most(least(lamp.leave[x], tile.t1[x]) - from, 0.0f);
@@ -219,13 +213,14 @@ BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float
             mean[x] *= scatteredShare(phase, g, versine);
         }
     }
-    float* light[3] = {tile.lightRed, tile.lightGreen, tile.lightBlue};
     for (int k = 0; k < 3; k++) {
         const float color = isotropic ? 0.25f * l[4 + k] : l[4 + k];
-        float* sum = light[k];
         if (color == 0.0f) continue;
+        const float* other = tile.source[k];
+        float* sum = tile.light[k];
         BRUME_APART
-        for (int x = 0; x < tileWidth; x++) sum[x] += mean[x] * color;
+        for (int x = 0; x < tileWidth; x++) sum[x] = other[x] + mean[x] * color;
+        tile.source[k] = sum;
     }
 }
 
@@ -267,24 +262,28 @@ inline void addVolumes(March& m, int i) {
 
 // 9. The albedo of the step's mixture.
 BRUME_VECTORISE inline void tintStep(Tile& tile) {
-    for (int x = 0; x < tileWidth; x++) {
-        const float share = 1.0f / most(tile.stepDepth[x], 1e-30f);
-        tile.lightRed[x] *= tile.albedoRed[x] * share;
-        tile.lightGreen[x] *= tile.albedoGreen[x] * share;
-        tile.lightBlue[x] *= tile.albedoBlue[x] * share;
+    const float* albedo[3] = {tile.albedoRed, tile.albedoGreen, tile.albedoBlue};
+    for (int k = 0; k < 3; k++) {
+        const float* light = tile.source[k];
+        BRUME_APART
+        for (int x = 0; x < tileWidth; x++)
+            tile.light[k][x] = light[x] * (albedo[k][x] * (1.0f / most(tile.stepDepth[x], 1e-30f)));
+        tile.source[k] = tile.light[k];
     }
 }
 
 // 10. What the step scatters towards the eye: S·T·(1 - e^-Δτ), exact for constant S.
 template <bool areThin>
 BRUME_INLINE void addStepLoop(Tile& tile) {
+    const float *red = tile.source[0], *green = tile.source[1], *blue = tile.source[2];
+    BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float depth = least(tile.stepDepth[x], tile.stop[x] - tile.depth[x]);
         const float opacity = areThin ? 0.0f - brume::expm1Small(-depth) : brume::extinctionOf(depth).opacity;
         const float weight = tile.through[x] * opacity;
-        tile.red[x] += weight * tile.lightRed[x];
-        tile.green[x] += weight * tile.lightGreen[x];
-        tile.blue[x] += weight * tile.lightBlue[x];
+        tile.red[x] += weight * red[x];
+        tile.green[x] += weight * green[x];
+        tile.blue[x] += weight * blue[x];
         tile.through[x] -= weight;
         tile.depth[x] += depth;
     }

@@ -148,40 +148,79 @@ inline float noiseStrength(const March& m) {
     return m.p.noise == Additive ? m.p.noise_strength : -m.p.noise_strength;
 }
 
-// 6.1 Knot j lies where step j·every begins.
-inline void lookUpKnot(March& m, int j, float* knot) {
-    Lanes at;
-    const float step = float(j * m.p.noise_every);
-    for (int x = 0; x < tileWidth; x++) at[x] = m.tile.begin[x] + m.tile.stride[x] * step;
-    lookUpNoise(m, at, knot);
+// 6.1 How many steps of each ray are between knots: noise_every, and on rays below a quarter, an eighth, ...
+// of max_distance twice, four times, ... as many. Tiles look knots up as often as their longest ray.
+BRUME_VECTORISE inline void spaceKnots(March& m) {
+    Tile& tile = m.tile;
+    // a little below, since rays may be of round shares of it
+    const float longest = 0.485f * m.p.max_distance / float(m.p.steps);
+    int32_t fewest = mostDoublings;
+    for (int x = 0; x < tileWidth; x++) {
+        const float ratio = longest / most(tile.stride[x], 1e-30f);
+        int32_t bits;
+        std::memcpy(&bits, &ratio, 4);
+        tile.pastMask[x] = std::min(std::max((bits >> 23) - 127, 0), mostDoublings);
+        fewest = std::min(fewest, tile.pastMask[x]);
+    }
+    tile.knotEvery = m.p.noise_every << fewest;
+    for (int x = 0; x < tileWidth; x++) {
+        const int32_t times = 1 << (tile.pastMask[x] - fewest);
+        tile.pastMask[x] = times - 1;
+        tile.knotShare[x] = 1.0f / float(times);
+    }
 }
 
-// 6.2 The cubic through four knots, as a factor of density.
-BRUME_VECTORISE inline void interpolateNoise(March& m, const float* a, const float* b, const float* c,
-                                             const float* d) {
+// Knots of all rays, `ahead` of their own spacings beyond the end of the last `knotEvery` steps.
+inline void lookUpKnots(March& m, int ahead, float* knots) {
     Tile& tile = m.tile;
-    const float inverseEvery = 1.0f / float(m.p.noise_every);
-    const float strength = noiseStrength(m);
+    Lanes at;
+    const int begun = tile.stretch * tile.knotEvery;
+    for (int x = 0; x < tileWidth; x++)
+        at[x] =
+            tile.begin[x] + tile.stride[x] * float(begun + ahead * tile.knotEvery * (tile.pastMask[x] + 1));
+    lookUpNoise(m, at, knots);
+}
+
+// 6.2 The cubic through each ray's four knots, as a factor of density, of the way g through the stretch of
+// knotEvery steps that begins.
+BRUME_VECTORISE inline void fitNoise(Tile& tile, const float* fresh, float strength) {
+    float *a = tile.knots[0], *b = tile.knots[1], *c = tile.knots[2], *d = tile.knots[3];
+    const int32_t stretch = tile.stretch;
+    BRUME_APART
+    for (int x = 0; x < tileWidth; x++) {
+        const int32_t past = stretch & tile.pastMask[x];
+        const float share = tile.knotShare[x], f = float(past) * share;
+        const bool isDue = past == 0;
+        a[x] = isDue ? b[x] : a[x];
+        b[x] = isDue ? c[x] : b[x];
+        c[x] = isDue ? d[x] : c[x];
+        d[x] = isDue ? fresh[x] : d[x];
+        const float first = c[x] - 0.333333333f * a[x] - 0.5f * b[x] - 0.166666667f * d[x];
+        const float second = 0.5f * (a[x] + c[x]) - b[x];
+        const float third = 0.166666667f * (d[x] - a[x]) + 0.5f * (b[x] - c[x]);
+        const float scaled = strength * share;
+        tile.cubic[0][x] = 1.0f + strength * (b[x] + f * (first + f * (second + f * third)));
+        tile.cubic[1][x] = scaled * (first + f * (2.0f * second + f * (3.0f * third)));
+        tile.cubic[2][x] = scaled * share * (second + f * (3.0f * third));
+        tile.cubic[3][x] = scaled * share * share * third;
+    }
+}
+
+BRUME_VECTORISE inline void interpolateNoise(March& m, int past) {
+    Tile& tile = m.tile;
+    const float strength = noiseStrength(m), inverse = 1.0f / float(tile.knotEvery);
     const float lowest = 1.0f + least(strength, 0.0f), highest = 1.0f + most(strength, 0.0f);
-    if (m.p.method != Jittered) {  // every pixel is as far between the knots
-        const float f = (float(tile.pastKnot) + tile.u[0]) * inverseEvery;
-        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
-        const float wa = f * g * h * -0.166666667f, wb = e * g * h * 0.5f, wc = e * f * h * -0.5f,
-                    wd = e * f * g * 0.166666667f;
+    const float *k0 = tile.cubic[0], *k1 = tile.cubic[1], *k2 = tile.cubic[2], *k3 = tile.cubic[3];
+    auto factorAt = [&](int x, float g) {
+        return least(most(k0[x] + g * (k1[x] + g * (k2[x] + g * k3[x])), lowest), highest);
+    };
+    if (m.p.method != Jittered) {  // every pixel is as far through the stretch
+        const float g = (float(past) + tile.u[0]) * inverse;
         BRUME_APART
-        for (int x = 0; x < tileWidth; x++) {
-            const float n = (wa * a[x] + wb * b[x]) + (wc * c[x] + wd * d[x]);
-            tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
-        }
+        for (int x = 0; x < tileWidth; x++) tile.noise[x] = factorAt(x, g);
         return;
     }
-    for (int x = 0; x < tileWidth; x++) {
-        const float f = (float(tile.pastKnot) + tile.u[x]) * inverseEvery;
-        const float e = f + 1.0f, g = f - 1.0f, h = f - 2.0f;
-        const float n =
-            (e * (g * h * b[x] - f * h * c[x])) * 0.5f + (f * g * (e * d[x] - h * a[x])) * 0.166666667f;
-        tile.noise[x] = least(most(1.0f + strength * n, lowest), highest);
-    }
+    for (int x = 0; x < tileWidth; x++) tile.noise[x] = factorAt(x, (float(past) + tile.u[x]) * inverse);
 }
 
 // 6.3 Noise as this method finds it, as a factor of density.
@@ -194,14 +233,18 @@ BRUME_VECTORISE inline void placeNoise(March& m, int i) {
     } else if (every > 1 && m.p.method != GaussLegendre && m.p.method != P2) {
         // counted: a division at every step would take as long as the arithmetic of a tile
         if (i == 0) {
-            for (int k = -1; k <= 2; k++) lookUpKnot(m, k, tile.knots[k + 1]);
-            tile.knot = tile.pastKnot = 0;
-        } else if (++tile.pastKnot == every) {
-            tile.knot++, tile.pastKnot = 0;
-            lookUpKnot(m, tile.knot + 2, tile.knots[(tile.knot + 3) & 3]);
+            spaceKnots(m);
+            tile.stretch = tile.pastKnot = 0;
+            for (int k = -1; k <= 1; k++) lookUpKnots(m, k, tile.knots[k + 2]);
+        } else if (++tile.pastKnot == tile.knotEvery) {
+            tile.stretch++, tile.pastKnot = 0;
         }
-        auto knot = [&](int k) { return tile.knots[(tile.knot + k) & 3]; };
-        interpolateNoise(m, knot(0), knot(1), knot(2), knot(3));
+        if (tile.pastKnot == 0) {
+            Lanes fresh;
+            lookUpKnots(m, 2, fresh);
+            fitNoise(tile, fresh, noiseStrength(m));
+        }
+        interpolateNoise(m, tile.pastKnot);
         return;
     } else {
         lookUpNoise(m, tile.at, tile.noise);

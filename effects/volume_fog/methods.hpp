@@ -91,9 +91,9 @@ inline void marchPanels(March& m, int panels) {
             addLamps(m, i);
             if (m.severalAlbedos) tintStep(m.tile);
             std::memcpy(panel.depth[j], m.tile.stepDepth, sizeof(Lanes));
-            std::memcpy(panel.red[j], m.tile.lightRed, sizeof(Lanes));
-            std::memcpy(panel.green[j], m.tile.lightGreen, sizeof(Lanes));
-            std::memcpy(panel.blue[j], m.tile.lightBlue, sizeof(Lanes));
+            std::memcpy(panel.red[j], m.tile.source[0], sizeof(Lanes));
+            std::memcpy(panel.green[j], m.tile.source[1], sizeof(Lanes));
+            std::memcpy(panel.blue[j], m.tile.source[2], sizeof(Lanes));
         }
         addPanel(m.tile, panel);
         if (isSaturated(m.tile)) break;
@@ -130,18 +130,16 @@ BRUME_VECTORISE inline void mixLampP2(Tile& tile, const LampTile& lamp) {
         const float distance2 = lamp.apart2[x] + beyond * beyond;
         const float share = clampUnit(l[7] / (l[8] + l[9] * std::sqrt(distance2) + l[10] * distance2));
         const float mixed = distance2 < l[3] * l[3] ? share : 0.0f;
-        tile.lightRed[x] += mixed * (l[4] - tile.lightRed[x]);
-        tile.lightGreen[x] += mixed * (l[5] - tile.lightGreen[x]);
-        tile.lightBlue[x] += mixed * (l[6] - tile.lightBlue[x]);
+        for (int k = 0; k < 3; k++) tile.light[k][x] += mixed * (l[4 + k] - tile.light[k][x]);
     }
 }
 
 BRUME_VECTORISE inline void addStepP2(Tile& tile) {
     for (int x = 0; x < tileWidth; x++) {
         const float density = least(tile.stepDepth[x], 1.0f - tile.depth[x]);
-        tile.red[x] += density * tile.lightRed[x];
-        tile.green[x] += density * tile.lightGreen[x];
-        tile.blue[x] += density * tile.lightBlue[x];
+        tile.red[x] += density * tile.light[0][x];
+        tile.green[x] += density * tile.light[1][x];
+        tile.blue[x] += density * tile.light[2][x];
         tile.depth[x] += density;
     }
 }
@@ -162,10 +160,10 @@ inline void marchP2(March& m) {
         const bool isInMap = shadeStep(m, i);
         for (int x = 0; x < tileWidth; x++) {
             const float sun = isInMap ? sunShare(tile, x, 1.0f - m.p.shadow_strength) : 1.0f;
-            const float red = m.sunLight[0] * sun, green = m.sunLight[1] * sun, blue = m.sunLight[2] * sun;
-            tile.lightRed[x] = red + mixed * (m.p.ambient[0] - red);
-            tile.lightGreen[x] = green + mixed * (m.p.ambient[1] - green);
-            tile.lightBlue[x] = blue + mixed * (m.p.ambient[2] - blue);
+            for (int k = 0; k < 3; k++) {
+                const float direct = m.sunLight[k] * sun;
+                tile.light[k][x] = direct + mixed * (m.p.ambient[k] - direct);
+            }
         }
         for (int k = 0; k < m.lampCount; k++) mixLampP2(tile, m.lamps[k]);
         addStepP2(tile);

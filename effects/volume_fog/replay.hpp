@@ -82,12 +82,24 @@ class Replay {
                16777216.;
     }
 
-    double noise(int step, double u, double at, double stride) const {
+    // Steps between knots of the noise: on short rays noise_every times a power of two, so that they are no
+    // farther apart than on one of a quarter of max_distance.
+    double knotsEvery(double stride) {
+        const double ratio = .485 * p_.max_distance / (stride * p_.steps);
+        double times = 1;
+        for (; times < 64 && ratio >= 2 * times; times *= 2)
+            ;
+        for (double threshold : {times, 2 * times})
+            if (threshold > 1 && threshold <= 64 && std::abs(ratio / threshold - 1) < 1e-6)
+                result_.ambiguous = true;
+        return p_.noise_every * times;
+    }
+
+    double noise(int step, double u, double at, double stride) {
         if (p_.noise == NoNoise) return 1;
         if (p_.method == SharedNoise) return ray_.noise(begin_ + stride * (step / 2 * 2 + 1));
-        const int every = p_.noise_every;
-        if (every == 1 || p_.method == GaussLegendre || p_.method == P2) return ray_.noise(at);
-        const double place = (step + u) / every;
+        if (p_.noise_every == 1 || p_.method == GaussLegendre || p_.method == P2) return ray_.noise(at);
+        const double every = knotsEvery(stride), place = (step + u) / every;
         const int knot = int(std::floor(place));
         const double sign = p_.noise == Additive ? p_.noise_strength : -double(p_.noise_strength);
         double sum = 0;

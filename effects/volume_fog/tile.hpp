@@ -21,6 +21,7 @@ namespace volume_fog {
 
 constexpr int tileWidth = 64;  // px
 constexpr int mostVolumes = 33, mostLamps = 32;
+constexpr int mostDoublings = 6;
 using Lanes = float[tileWidth];
 
 BRUME_INLINE float least(float a, float b) { return a < b ? a : b; }
@@ -51,18 +52,21 @@ struct Tile {
     Lanes begin, stride;                // m: fogged part of the ray, and its share of a step
     Lanes depth, through, stop;         // optical depth so far, transmittance so far, depth to stop at
     Lanes red, green, blue;             // in-scattered so far
-    Lanes litRed, litGreen, litBlue;    // of the sky and, where there is no shadow, of the sun
-    Lanes dimRed, dimGreen, dimBlue;    // the same in shadow
-    Lanes shadowU, shadowV, shadowD;    // way through the shadow map per m
+    Lanes lit[3], dim[3];               // light of the sky and of the sun, the latter in shadow or not
+    Lanes shadowU, shadowV, shadowD;    // way through the shadow map per m: texels, texels, depth
     // of the current step
     Lanes t0, t1, at, u, noise;  // m, m, m, 0..1, factor
-    Lanes knots[4];              // noise round the step, when it is not looked up at every one
+    Lanes knots[4], cubic[4];    // noise round the step, when it is not looked up at every one
     Lanes stepDepth, albedoRed, albedoGreen, albedoBlue;
-    Lanes lightRed, lightGreen, lightBlue;
+    Lanes light[3];          // where it is not just lit
+    const float* source[3];  // what arrives: light or lit
     Lanes sunDepth,
         nearest;  // where a ray may be in shadow: its depth in the map, -inf off it, and the map's there
     alignas(64) int32_t mapIndex[tileWidth];
-    int knot = 0, pastKnot = 0;  // of the noise: the last before the step, and how many steps ago it was
+    alignas(64)
+        int32_t pastMask[tileWidth];  // each ray's way between knots in the tile's, a power of two, less 1,
+    Lanes knotShare;                  // and 1 over it
+    int knotEvery = 1, stretch = 0, pastKnot = 0;  // steps between knots; how many such are past, and steps
     int column = 0, row = 0;
     float beginLast = 0, strideLast = 0;
     float firstInMap, lastInMap;        // steps of the march where a ray may be in shadow ...
@@ -84,7 +88,9 @@ struct March {
     float noiseInverseSize;
     const float* shadowRows;
     bool hasShadow;
-    const cv::Mat& shadowMap;
+    const float* mapFloats;
+    float mapWidth, mapHeight;
+    int32_t mapRowFloats, mapChannels;
     cv::Vec3f towardsSun, sunLight, ambient;
     float asymmetry;  // mean cosine of scattering of a phase function that has one
     int volumeCount, lampCount;
@@ -99,7 +105,11 @@ struct March {
 };
 
 inline March::March(const Params& params, const brume::CpuContext& context)
-    : p(params), c(context), shadowRows(c.derived("shadow").data()), shadowMap(c.image("shadow_map")) {
+    : p(params), c(context), shadowRows(c.derived("shadow").data()) {
+    const cv::Mat& map = c.image("shadow_map");
+    mapFloats = map.ptr<float>();
+    mapWidth = float(map.cols), mapHeight = float(map.rows);
+    mapRowFloats = int32_t(map.step1()), mapChannels = map.channels();
     const auto cell = c.derived("noise_cell"), fraction = c.derived("noise_fraction");
     lattice = {int32_t(cell[0]), int32_t(cell[1]), int32_t(cell[2]), noisePeriod - 1, uint32_t(p.noise_seed)};
     noiseInverseSize = 1.0f / p.noise_size;
@@ -274,8 +284,8 @@ BRUME_VECTORISE inline void crossShadowMap(March& m) {
         const float u = r[0] * tile.dx[x] + r[1] * tile.dy[x] + r[2] * tile.dz[x];
         const float v = r[4] * tile.dx[x] + r[5] * tile.dy[x] + r[6] * tile.dz[x];
         const float d = r[8] * tile.dx[x] + r[9] * tile.dy[x] + r[10] * tile.dz[x];
-        tile.shadowU[x] = u;
-        tile.shadowV[x] = v;
+        tile.shadowU[x] = u * m.mapWidth;
+        tile.shadowV[x] = v * m.mapHeight;
         tile.shadowD[x] = d;
         const float iu = inverseOf(u), iv = inverseOf(v), id = inverseOf(d);
         // what is beyond the map's far end is lit: a ray comes from there, or goes there
@@ -321,10 +331,11 @@ BRUME_VECTORISE inline void startMarch(March& m) {
     for (int x = 0; x < tileWidth; x++) {
         const float versine = brume::versineBetween(tile.dx[x], tile.dy[x], tile.dz[x], s[0], s[1], s[2]);
         const float share = scatteredShare(m.p.phase, g, versine);
-        const float red = share * m.sunLight[0], green = share * m.sunLight[1], blue = share * m.sunLight[2];
-        tile.litRed[x] = m.ambient[0] + red, tile.dimRed[x] = m.ambient[0] + shaded * red;
-        tile.litGreen[x] = m.ambient[1] + green, tile.dimGreen[x] = m.ambient[1] + shaded * green;
-        tile.litBlue[x] = m.ambient[2] + blue, tile.dimBlue[x] = m.ambient[2] + shaded * blue;
+        for (int k = 0; k < 3; k++) {
+            const float sun = share * m.sunLight[k];
+            tile.lit[k][x] = m.ambient[k] + sun;
+            tile.dim[k][x] = m.ambient[k] + shaded * sun;
+        }
         tile.depth[x] = tile.red[x] = tile.green[x] = tile.blue[x] = 0;
         tile.through[x] = tile.noise[x] = 1;
         tile.stop[x] = 3e38f;
@@ -333,9 +344,9 @@ BRUME_VECTORISE inline void startMarch(March& m) {
     if (!m.p.early_stop) return;
     Lanes red, green, blue;
     for (int x = 0; x < tileWidth; x++) {
-        red[x] = tile.litRed[x];
-        green[x] = tile.litGreen[x];
-        blue[x] = tile.litBlue[x];
+        red[x] = tile.lit[0][x];
+        green[x] = tile.lit[1][x];
+        blue[x] = tile.lit[2][x];
     }
     const float strongest = scatteredShare(m.p.phase, g, 0.0f);
     for (int k = 0; k < m.lampCount; k++) {

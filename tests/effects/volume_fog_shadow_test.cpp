@@ -124,7 +124,7 @@ TEST(VolumeFogShadow, HostileMatricesAreLookedUpWithinTheMap) {
     for (int channels : {1, 4}) {
         OneTile one(channels);
         March& m = one.march();
-        const int floats = int(m.shadowMap.step1()) * m.shadowMap.rows;
+        const int floats = m.mapRowFloats * int(m.mapHeight);
         Hostility hostility{uint64_t(channels)};
         for (int n = 0; n < 20000; n++) {
             hostility.castRays(m);

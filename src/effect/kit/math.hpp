@@ -37,6 +37,17 @@ BRUME_INLINE float expm1Small(float x) {
     return p * (x * x) + x;
 }
 
+/// √x for x of 0 to 1e38, relative error below 8e-7 for normal x and 0 for 0: a guess at 1/√x from the bits
+/// and two steps of Newton's, their constants tuned so that errors lie on both sides. Beside a division it
+/// costs little, where a square root waits for the same unit.
+BRUME_INLINE float sqrtFast(float x) {
+    const float half = 0.5f * x;
+    float y = std::bit_cast<float>(0x5f3772ab - (std::bit_cast<int32_t>(x) >> 1));
+    y = y * (1.50089753f - half * y * y);
+    y = y * (1.5000006f - half * y * y);
+    return x * y;
+}
+
 /// x = n·ln 2 + r, |r| ≤ .35: gives n and e^r - 1.
 struct ReducedExp {
     int n;
