@@ -220,7 +220,6 @@ class Screen {
         }
         return worst;
     }
-    Rays& first() { return *found_.front(); }
     double doubt() const {
         double most = 0;
         for (const auto& found : found_) most = std::max(most, found->doubt());
