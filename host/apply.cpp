@@ -147,7 +147,7 @@ void tellLeftOut(const std::vector<FrameFiles>& inputs, const Arguments& a) {
 // What is set in vain is seldom noticed: the picture looks as it did.
 void tellIdle(Chain chain, const std::vector<Variant>& variants, uint32_t seed) {
     for (Step& step : chain.steps) step.given.clear();
-    std::map<std::string, std::string> idle;  // by path: when it would matter
+    std::map<std::string, std::string> idle;  // by path: why
     std::set<std::string> used;
     for (const Variant& variant : variants)
         for (Step& step : withSettings(chain, drawn(variant.settings, "", seed)).steps) {
@@ -157,15 +157,17 @@ void tellIdle(Chain chain, const std::vector<Variant>& variants, uint32_t seed) 
             for (const Parameter& p : step.effect->header.parameters) {
                 const std::string path = step.id + "." + p.name;
                 if (!step.given.count(p.name)) continue;
-                if (isUsed(step.effect->header, p, step.values))
+                if (!step.enabled)
+                    idle[path] = text("the preset has '", step.id, "' switched off (\"enabled\": false)");
+                else if (isUsed(step.effect->header, p, step.values))
                     used.insert(path);
                 else
-                    idle[path] = conditionWords(step.effect->header, p, &Parameter::name);
+                    idle[path] = text("only when ", conditionWords(step.effect->header, p, &Parameter::name));
             }
         }
-    for (const auto& [path, when] : idle)
+    for (const auto& [path, why] : idle)
         if (!used.count(path))
-            std::cerr << printable(text("note: ", path, " changes nothing here: only when ", when)) << "\n";
+            std::cerr << printable(text("note: ", path, " changes nothing here: ", why)) << "\n";
 }
 
 void runTasks(const Arguments& a, Batch& batch, size_t frames, const std::string& sheetPath) {
@@ -260,8 +262,8 @@ void apply(Arguments a) {
     std::vector<Variant> variants = variantsOf(sweeps, chain);
     if (a.dumpShader) return dumpShaders(withSettings(chain, drawn(variants[0].settings, "", a.seed)));
     if (a.frames.empty()) failUsage("apply: give at least one FRAME");
-    tellIdle(chain, variants, a.seed);
     if (a.out.empty()) failUsage("apply: say where to write, with -o");
+    tellIdle(chain, variants, a.seed);
     a.frame.read();  // wrong options before anything else
 
     Batch batch;

@@ -58,6 +58,15 @@ TEST_F(Apply, whatIsSetInVainIsSaid) {
                       .err,
                   "")
             << "a frame may draw linear";
+    addText(
+        "off.json",
+        R"({"effects": [{"effect": "depth_fog", "id": "near", "enabled": false}, {"effect": "depth_fog"}]})");
+    EXPECT_EQ(
+        brume("apply off.json street.exr -o e.png --set near.visibility=5 --set depth_fog.visibility=5").err,
+        "note: near.visibility changes nothing here: the preset has 'near' switched off (\"enabled\": "
+        "false)\n");
+    EXPECT_EQ(brume("apply depth_fog street.exr --set depth_fog.curve=3").err,
+              "brume: apply: say where to write, with -o\n");
 }
 
 // A wall before the lens in all but an eighth of the picture: nine pixels in ten are not eight.
