@@ -184,7 +184,7 @@ inline int reachOf(Complex pole, double left = 7e-7) {
 /// they miss 1. Others take the normal form, keep = damping = Re pole: a step rounds by no more than the
 /// little that it leaves, so that dark pixels near a bright one are what they should be.
 struct Cascade {
-    /// What x is multiplied by, and the result, so that both ways along both axes keep a constant.
+    /// What x is multiplied by, so that both ways along both axes keep a constant.
     double scale = 1;
     double keep = 1, damping = 0, pull = 1, slope = 1, before = 0;
     /// What lies beyond the last pixel is like it: off the steady state by (v, s) in front of it, the
@@ -228,7 +228,7 @@ inline Cascade cascadeOf(const Exponentials& e) {
     c.pull = isDelta ? std::norm(pole - 1.) : std::pow(pole.imag(), 2);
     c.slope = 1 / (c.keep + first), c.before = second * c.slope;
     c.steady = 1 / std::norm(pole - 1.), c.steadySlope = (1 - c.keep) * c.steady;
-    c.scale = 1 / std::pow(c.gain(), 2);
+    c.scale = 1 / std::pow(c.gain(), 4);
     // Σ powersⁿ·(what the backward filter reads of the forward one)·powersⁿ, twice as many terms each time.
     double powers[] = {c.keep, 1, -c.pull, c.damping}, product[4], more[4],
            sum[] = {0, 0, c.keep - c.slope * c.pull + c.before, 1 + c.slope * c.damping};

@@ -65,39 +65,45 @@ struct BlockSum {
     bool isFresh;
     int first, count;
 };
-template <int count, bool isFresh, class Vector>
+struct Ones {
+    typedef One Register;
+};
+template <class Pixels, int count, bool isFresh>
 BRUME_INLINE void addBlock(float* sum, const float* const (&rows)[count], const float (&weights)[count],
                            int i) {
+    typedef typename Pixels::Register Vector;
     auto term = [&](int k) { return *(const Vector*)(rows[k] + i) * weights[k]; };
     Vector x = term(0);
     if constexpr (!isFresh) x = *(const Vector*)(sum + i) + x;
     for (int k = 1; k < count; k++) x = x + term(k);
     *(Vector*)(sum + i) = x;
 }
-template <int count, bool isFresh>
+template <class Wide, int count, bool isFresh>
 BRUME_INLINE void addStretch(const BlockSum& s, const float* const* blockOf, int from, int end) {
     const float* rows[count];
     float weights[count];
     for (int k = 0; k < count; k++) rows[k] = blockOf[s.first + k], weights[k] = s.weights[s.first + k];
     float* sum = s.sum;
     int i = from;
-    for (; i + 16 <= end; i += 16) addBlock<count, isFresh, Four>(sum, rows, weights, i);
-    for (; i < end; i += 4) addBlock<count, isFresh, One>(sum, rows, weights, i);
+    constexpr int floats = sizeof(typename Wide::Register) / 4;
+    for (; i + floats <= end; i += floats) addBlock<Wide, count, isFresh>(sum, rows, weights, i);
+    for (; i < end; i += 4) addBlock<Ones, count, isFresh>(sum, rows, weights, i);
 }
-template <int count>
+template <class Wide, int count>
 BRUME_INLINE void addAsMany(const BlockSum& s, const float* const* rows, int from, int end) {
     if (s.isFresh)
-        addStretch<count, true>(s, rows, from, end);
+        addStretch<Wide, count, true>(s, rows, from, end);
     else
-        addStretch<count, false>(s, rows, from, end);
+        addStretch<Wide, count, false>(s, rows, from, end);
 }
 // `ahead`: rows to be asked for meanwhile, a stretch of each with every stretch.
 struct RowsAhead {
     const float* rows[blockRows];
     int count = 0;
 };
-BRUME_VECTORISE static void addBlocks(const BlockSum* sums, int sumCount, const float* const* blockOf,
-                                      int floats, const RowsAhead& ahead) {
+template <class Wide>
+BRUME_INLINE void addBlocksBy(const BlockSum* sums, int sumCount, const float* const* blockOf, int floats,
+                              const RowsAhead& ahead) {
     constexpr int stretch = 128;
     const int lines = stretch / 16 * ahead.count;
     const float* rows[blockRows];
@@ -109,60 +115,67 @@ BRUME_VECTORISE static void addBlocks(const BlockSum* sums, int sumCount, const 
                 __builtin_prefetch(ahead.rows[line / (stretch / 16)] + from + line % (stretch / 16) * 16);
             switch (sums[s].count) {
                 case 1:
-                    addAsMany<1>(sums[s], rows, from, end);
+                    addAsMany<Wide, 1>(sums[s], rows, from, end);
                     break;
                 case 2:
-                    addAsMany<2>(sums[s], rows, from, end);
+                    addAsMany<Wide, 2>(sums[s], rows, from, end);
                     break;
                 case 3:
-                    addAsMany<3>(sums[s], rows, from, end);
+                    addAsMany<Wide, 3>(sums[s], rows, from, end);
                     break;
                 case 4:
-                    addAsMany<4>(sums[s], rows, from, end);
+                    addAsMany<Wide, 4>(sums[s], rows, from, end);
                     break;
                 case 5:
-                    addAsMany<5>(sums[s], rows, from, end);
+                    addAsMany<Wide, 5>(sums[s], rows, from, end);
                     break;
                 case 6:
-                    addAsMany<6>(sums[s], rows, from, end);
+                    addAsMany<Wide, 6>(sums[s], rows, from, end);
                     break;
                 case 7:
-                    addAsMany<7>(sums[s], rows, from, end);
+                    addAsMany<Wide, 7>(sums[s], rows, from, end);
                     break;
                 default:
-                    addAsMany<8>(sums[s], rows, from, end);
+                    addAsMany<Wide, 8>(sums[s], rows, from, end);
             }
         }
     }
 }
 
+BRUME_WIDE(void, addBlocks,
+           (const BlockSum* sums, int sumCount, const float* const* blockOf, int floats,
+            const RowsAhead& ahead),
+           (sums, sumCount, blockOf, floats, ahead))
+
 // Four vectors of four pixels each, summed up: one vector of the four sums.
-BRUME_INLINE Four sumsOf(const Four (&a)[4]) {
-    Four b[2];
+template <class Vector>
+BRUME_INLINE Vector sumsOf(const Vector (&a)[4]) {
+    Vector b[2];
     for (int k = 0; k < 2; k++)
-        b[k] = __builtin_shufflevector(a[2 * k], a[2 * k + 1], 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21,
-                                       22, 23) +
-               __builtin_shufflevector(a[2 * k], a[2 * k + 1], 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27,
-                                       28, 29, 30, 31);
-    return __builtin_shufflevector(b[0], b[1], 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27) +
-           __builtin_shufflevector(b[0], b[1], 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31);
+        b[k] = pixels<0, 1, 4, 5>(a[2 * k], a[2 * k + 1]) + pixels<2, 3, 6, 7>(a[2 * k], a[2 * k + 1]);
+    return pixels<0, 2, 4, 6>(b[0], b[1]) + pixels<1, 3, 5, 7>(b[0], b[1]);
 }
 
 // Every `step`-th pixel of a filtered line: out[j] = Σ quads[u]·line[j·step + 4u .. + 3], four taps at a
 // time. `line` begins at the first tap of output 0; quads[u] holds taps 4u to 4u + 3, four times each.
 // Writes, and reads for, up to three pixels beyond `count`.
-BRUME_VECTORISE static void decimateLine(float* out, const float* line, const float* quads, int quadCount,
-                                         int step, int count) {
+template <class Wide>
+BRUME_INLINE void decimateLineBy(float* out, const float* line, const float* quads, int quadCount, int step,
+                                 int count) {
+    typedef typename Wide::Four Four;
     for (int j = 0; j < count; j += 4) {
         const float* at = line + 4 * j * step;
         Four a[4] = {};
         for (int u = 0; u < quadCount; u++) {
-            Four w = *(const Four*)(quads + 16 * u);
-            for (int k = 0; k < 4; k++) a[k] += w * *(const Four*)(at + 4 * k * step + 16 * u);
+            Four w = Wide::load(quads + 16 * u);
+            for (int k = 0; k < 4; k++) a[k] += w * Wide::load(at + 4 * k * step + 16 * u);
         }
-        *(Four*)(out + 4 * j) = sumsOf(a);
+        Wide::store(out + 4 * j, sumsOf(a));
     }
 }
+BRUME_WIDE(void, decimateLine,
+           (float* out, const float* line, const float* quads, int quadCount, int step, int count),
+           (out, line, quads, quadCount, step, count))
 
 template <class Vector>
 BRUME_INLINE Vector weighted(const Vector (&s)[6], const Vector* w) {
@@ -174,94 +187,92 @@ BRUME_INLINE Vector weighted(const Vector (&s)[4], const Vector* w) {
 }
 
 // Six or four rows' weighted sum, four pixels from float i on.
-template <int taps>
-BRUME_INLINE Four columnSum(const float* const (&rows)[taps], const Four (&w)[taps], int i) {
-    Four s[taps];
-    for (int m = 0; m < taps; m++) s[m] = *(const Four*)(rows[m] + i);
+template <class Wide, int taps>
+BRUME_INLINE typename Wide::Four columnSum(const float* const (&from)[taps],
+                                           const typename Wide::Four (&w)[taps], int i) {
+    typename Wide::Four s[taps];
+    for (int m = 0; m < taps; m++) s[m] = Wide::load(from[m] + i);
     return weighted(s, w);
 }
 // One pixel of four, four times.
-template <int pixel>
-BRUME_INLINE Four fourTimes(Four a) {
-    constexpr int k = 4 * pixel;
-    return __builtin_shufflevector(a, a, k, k + 1, k + 2, k + 3, k, k + 1, k + 2, k + 3, k, k + 1, k + 2,
-                                   k + 3, k, k + 1, k + 2, k + 3);
+template <int k, class Vector>
+BRUME_INLINE Vector fourTimes(Vector a) {
+    return pixels<k, k, k, k>(a, a);
 }
-// Four pixels from `pixel` on of eight.
-template <int pixel>
-BRUME_INLINE Four fourFrom(Four a, Four b) {
-    constexpr int k = 4 * pixel;
-    return __builtin_shufflevector(a, b, k, k + 1, k + 2, k + 3, k + 4, k + 5, k + 6, k + 7, k + 8, k + 9,
-                                   k + 10, k + 11, k + 12, k + 13, k + 14, k + 15);
+// Four pixels from `k` on of eight.
+template <int k, class Vector>
+BRUME_INLINE Vector fourFrom(Vector a, Vector b) {
+    return pixels<k, k + 1, k + 2, k + 3>(a, b);
 }
 
 // Twice as many pixels: those in the place of a small one from five, those between from `near` on each side.
-template <int near>
-BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[6], const Four (&w)[6],
+template <class Wide, int near>
+BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[6], const typename Wide::Four (&w)[6],
                              const float* phases, int width) {
+    typedef typename Wide::Four Four;
     Four even[6], odd[6];
     for (int m = 0; m < 6; m++) {
-        const Four both = *(const Four*)(phases + 16 * m);
+        const Four both = Wide::load(phases + 16 * m);
         even[m] = fourTimes<0>(both);
         odd[m] = fourTimes<1>(both);
     }
-    Four v[3] = {columnSum(rows, w, 0), columnSum(rows, w, 16), {}};
+    Four v[3] = {columnSum<Wide>(rows, w, 0), columnSum<Wide>(rows, w, 16), {}};
     for (int j = 0; 2 * j < width; j += 4, v[0] = v[1], v[1] = v[2]) {
-        v[2] = columnSum(rows, w, 4 * (j + 8));
+        v[2] = columnSum<Wide>(rows, w, 4 * (j + 8));
         const Four s[6] = {v[0], fourFrom<1>(v[0], v[1]), fourFrom<2>(v[0], v[1]), fourFrom<3>(v[0], v[1]),
                            v[1], fourFrom<1>(v[1], v[2])};
         Four a = ((s[0] * even[0] + s[1] * even[1]) + (s[2] * even[2] + s[3] * even[3])) + s[4] * even[4];
         Four b = (s[1] * odd[1] + s[2] * odd[2]) + (s[3] * odd[3] + s[4] * odd[4]);
         if constexpr (near == 3) b = b + (s[0] * odd[0] + s[5] * odd[5]);
-        *(Four*)(out + 8 * j) =
-            __builtin_shufflevector(a, b, 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
-        *(Four*)(out + 8 * j + 16) =
-            __builtin_shufflevector(a, b, 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31);
+        Wide::store(out + 8 * j, pixels<0, 4, 1, 5>(a, b));
+        Wide::store(out + 8 * j + 16, pixels<2, 6, 3, 7>(a, b));
     }
 }
 
 // The same from one small pixel on each side: a cubic B-spline.
-BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[4], const Four (&w)[4],
+template <class Wide>
+BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[4], const typename Wide::Four (&w)[4],
                              const float* phases, int width) {
+    typedef typename Wide::Four Four;
     Four even[3], odd[2];
-    for (int m = 0; m < 3; m++) even[m] = fourTimes<0>(*(const Four*)(phases + 16 * m));
-    for (int m = 0; m < 2; m++) odd[m] = fourTimes<1>(*(const Four*)(phases + 16 * (m + 1)));
-    Four v = columnSum(rows, w, 0), next = {};
+    for (int m = 0; m < 3; m++) even[m] = fourTimes<0>(Wide::load(phases + 16 * m));
+    for (int m = 0; m < 2; m++) odd[m] = fourTimes<1>(Wide::load(phases + 16 * (m + 1)));
+    Four v = columnSum<Wide>(rows, w, 0), next = {};
     for (int j = 0; 2 * j < width; j += 4, v = next) {
-        next = columnSum(rows, w, 4 * (j + 4));
+        next = columnSum<Wide>(rows, w, 4 * (j + 4));
         const Four s[3] = {v, fourFrom<1>(v, next), fourFrom<2>(v, next)};
         Four a = (s[0] * even[0] + s[1] * even[1]) + s[2] * even[2], b = s[1] * odd[0] + s[2] * odd[1];
-        *(Four*)(out + 8 * j) =
-            __builtin_shufflevector(a, b, 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
-        *(Four*)(out + 8 * j + 16) =
-            __builtin_shufflevector(a, b, 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31);
+        Wide::store(out + 8 * j, pixels<0, 4, 1, 5>(a, b));
+        Wide::store(out + 8 * j + 16, pixels<2, 6, 3, 7>(a, b));
     }
 }
 
 // `groups` of four phases a small pixel; six taps or four.
-template <int groups, int taps>
-BRUME_INLINE void multiplyRows(float* out, const float* const (&rows)[taps], const Four (&w)[taps],
-                               const float* phases, int factor, int width) {
+template <class Wide, int groups, int taps>
+BRUME_INLINE void multiplyRows(float* out, const float* const (&rows)[taps],
+                               const typename Wide::Four (&w)[taps], const float* phases, int factor,
+                               int width) {
+    typedef typename Wide::Four Four;
     constexpr int last = taps - 1;
-    Four v = columnSum(rows, w, 0), s[taps] = {};
+    Four v = columnSum<Wide>(rows, w, 0), s[taps] = {};
     s[1] = fourTimes<0>(v), s[2] = fourTimes<1>(v), s[3] = fourTimes<2>(v);
     if constexpr (taps == 6) {
         s[4] = fourTimes<3>(v);
-        v = columnSum(rows, w, 16);
+        v = columnSum<Wide>(rows, w, 16);
         s[5] = fourTimes<0>(v);
     }
     auto putNext = [&](Four next, int j) __attribute__((always_inline)) {
         for (int m = 0; m < last; m++) s[m] = s[m + 1];
         s[last] = next;
         for (int g = 0; g < groups; g++)
-            *(Four*)(out + 4 * (j * factor + 4 * g)) = weighted(s, (const Four*)phases + taps * g);
+            Wide::store(out + 4 * (j * factor + 4 * g), weighted(s, (const Four*)phases + taps * g));
     };
     // Four small pixels at a time, v holding what they come to need but for its first `held`.
     constexpr int held = taps == 6 ? 1 : 3;
     for (int j = 0; j * factor < width; j += 4) {
         auto put = [&](auto k) __attribute__((always_inline)) {
             if ((j + k) * factor >= width) return false;
-            if constexpr (held + k == 4) v = columnSum(rows, w, 4 * (j + (taps == 6 ? 8 : 4)));
+            if constexpr (held + k == 4) v = columnSum<Wide>(rows, w, 4 * (j + (taps == 6 ? 8 : 4)));
             putNext(fourTimes<(held + k) % 4>(v), j + k);
             return true;
         };
@@ -276,37 +287,48 @@ BRUME_INLINE void multiplyRows(float* out, const float* const (&rows)[taps], con
 // phase] = Σ weight[phase][m]·sum[j + m], m < taps. phases[phase/4][m] holds four phases' weights, four times
 // each. Writes whole groups of phases, so up to factor + 3 pixels beyond `width` (8 if factor is 2); reads up
 // to eleven small pixels beyond the first that the last takes.
-template <int taps>
-BRUME_INLINE void enlargeRowsBy(float* out, const float* const* from, const float* weights,
+template <class Wide, int taps>
+BRUME_INLINE void enlargeRowsOf(float* out, const float* const* from, const float* weights,
                                 const float* phases, int factor, int width) {
+    typedef typename Wide::Four Four;
     const float* rows[taps];
     Four w[taps];
     for (int m = 0; m < taps; m++) rows[m] = from[m], w[m] = Four{} + weights[m];
     if (factor == 2) {
         if constexpr (taps == 4)
-            return doubleRows(out, rows, w, phases, width);
+            return doubleRows<Wide>(out, rows, w, phases, width);
         else
-            return phases[4] == 0.0f ? doubleRows<2>(out, rows, w, phases, width)
-                                     : doubleRows<3>(out, rows, w, phases, width);
+            return phases[4] == 0.0f ? doubleRows<Wide, 2>(out, rows, w, phases, width)
+                                     : doubleRows<Wide, 3>(out, rows, w, phases, width);
     }
     switch ((factor + 3) / 4) {
         case 1:
-            return multiplyRows<1>(out, rows, w, phases, factor, width);
+            return multiplyRows<Wide, 1>(out, rows, w, phases, factor, width);
         case 2:
-            return multiplyRows<2>(out, rows, w, phases, factor, width);
+            return multiplyRows<Wide, 2>(out, rows, w, phases, factor, width);
         case 3:
-            return multiplyRows<3>(out, rows, w, phases, factor, width);
+            return multiplyRows<Wide, 3>(out, rows, w, phases, factor, width);
         default:
-            return multiplyRows<4>(out, rows, w, phases, factor, width);
+            return multiplyRows<Wide, 4>(out, rows, w, phases, factor, width);
     }
 }
-BRUME_VECTORISE static void enlargeRows(float* out, const float* const* from, const float* weights,
-                                        const float* phases, int factor, int width) {
-    enlargeRowsBy<6>(out, from, weights, phases, factor, width);
+template <class Wide>
+BRUME_INLINE void enlargeRowsBy(float* out, const float* const* from, const float* weights,
+                                const float* phases, int factor, int width) {
+    enlargeRowsOf<Wide, 6>(out, from, weights, phases, factor, width);
 }
-BRUME_VECTORISE static void enlargeRowsByFour(float* out, const float* const* from, const float* weights,
-                                              const float* phases, int factor, int width) {
-    enlargeRowsBy<4>(out, from, weights, phases, factor, width);
+template <class Wide>
+BRUME_INLINE void enlargeRowsByFourBy(float* out, const float* const* from, const float* weights,
+                                      const float* phases, int factor, int width) {
+    enlargeRowsOf<Wide, 4>(out, from, weights, phases, factor, width);
 }
+BRUME_WIDE(void, enlargeRows,
+           (float* out, const float* const* from, const float* weights, const float* phases, int factor,
+            int width),
+           (out, from, weights, phases, factor, width))
+BRUME_WIDE(void, enlargeRowsByFour,
+           (float* out, const float* const* from, const float* weights, const float* phases, int factor,
+            int width),
+           (out, from, weights, phases, factor, width))
 
 }  // namespace blur

@@ -6,6 +6,7 @@
 
 #include <opencv2/core.hpp>
 #include <span>
+#include <type_traits>
 
 #include "common/filter_lines.hpp"
 #include "common/stream.hpp"
@@ -18,155 +19,221 @@ struct CascadeNumbers {
     float scale, keep, damping, pull, slope, before, end[4], steady, steadySlope, gain;
 };
 
-/// Of sixteen floats side by side: what is left of the pixels behind, and how that changes.
-struct CascadeState {
-    Four value, slope;
+/// Of four pixels side by side: what is left of the pixels behind, and how that changes.
+template <class Wide>
+struct StateOf {
+    typename Wide::Four value, slope;
 };
-static_assert(sizeof(CascadeState) == 128);
+constexpr int stateFloats = 32;
+static_assert(sizeof(StateOf<Halves>) == 4 * stateFloats);
 
 // Before the first pixel all are like it.
-BRUME_INLINE CascadeState steady(const CascadeNumbers& n, Four x) {
+template <class Wide>
+BRUME_INLINE StateOf<Wide> steady(const CascadeNumbers& n, typename Wide::Four x) {
     return {n.steady * x, n.steadySlope * x};
 }
 // Behind the last pixel, too, which the forward filter has read: the backward filter's state there.
-BRUME_INLINE CascadeState turned(const CascadeNumbers& n, const CascadeState& s, Four x) {
-    const CascadeState ahead = steady(n, x), back = steady(n, n.gain * x);
-    const Four value = s.value - ahead.value, slope = s.slope - ahead.slope;
+template <class Wide>
+BRUME_INLINE StateOf<Wide> turned(const CascadeNumbers& n, const StateOf<Wide>& s, typename Wide::Four x) {
+    const StateOf<Wide> ahead = steady<Wide>(n, x), back = steady<Wide>(n, n.gain * x);
+    const typename Wide::Four value = s.value - ahead.value, slope = s.slope - ahead.slope;
     return {back.value + (n.end[0] * value + n.end[1] * slope),
             back.slope + (n.end[2] * value + n.end[3] * slope)};
 }
-BRUME_INLINE void follow(const CascadeNumbers& n, CascadeState& s, Four x) {
-    const Four pushed = x - n.pull * s.value;
-    s.value = n.keep * s.value + s.slope;
+// isDelta: keep is 1 (Cascade), which no compiler may know without being told.
+template <bool isDelta, class Wide>
+BRUME_INLINE void follow(const CascadeNumbers& n, StateOf<Wide>& s, typename Wide::Four x) {
+    const typename Wide::Four pushed = x - n.pull * s.value;
+    if constexpr (isDelta)
+        s.value = s.value + s.slope;
+    else
+        s.value = n.keep * s.value + s.slope;
     s.slope = n.damping * s.slope + pushed;
 }
-BRUME_INLINE Four advance(const CascadeNumbers& n, CascadeState& s, Four x) {
-    const Four before = s.value;
-    follow(n, s, x);
+template <bool isDelta, class Wide>
+BRUME_INLINE typename Wide::Four advance(const CascadeNumbers& n, StateOf<Wide>& s, typename Wide::Four x) {
+    const typename Wide::Four before = s.value;
+    follow<isDelta>(n, s, x);
     return (s.value + n.slope * s.slope) + n.before * before;
+}
+template <class Do>
+BRUME_INLINE void inEitherForm(const CascadeNumbers& n, Do run) {
+    n.keep == 1.0f ? run(std::true_type()) : run(std::false_type());
 }
 
 constexpr int cascadeRows = 8;  // taken together
 
-// Rows of `floats` floats here have room for whole vectors. `states`: two vectors for each of a row's.
-BRUME_VECTORISE static void columnsBegin(CascadeState* states, const float* row, int floats, float scale,
-                                         const CascadeNumbers& n) {
-    for (int i = 0; i < floats; i += 16) states[i / 16] = steady(n, scale * *(const Four*)(row + i));
+template <class Wide>
+BRUME_INLINE StateOf<Wide> stateAt(const float* states, int i) {
+    return {Wide::load(states + 2 * i), Wide::load(states + 2 * i + 16)};
 }
-BRUME_VECTORISE static void columnsTurn(CascadeState* states, const CascadeState* forward, const float* row,
-                                        int floats, const CascadeNumbers& n) {
-    for (int i = 0; i < floats; i += 16)
-        states[i / 16] = turned(n, forward[i / 16], n.scale * *(const Four*)(row + i));
+template <class Wide>
+BRUME_INLINE void putState(float* states, int i, const StateOf<Wide>& s) {
+    Wide::store(states + 2 * i, s.value), Wide::store(states + 2 * i + 16, s.slope);
 }
 
+// Rows of `floats` floats here have room for whole vectors. `states`: two vectors for each of a row's.
+template <class Wide>
+BRUME_INLINE void columnsBeginBy(float* states, const float* row, int floats, float scale,
+                                 const CascadeNumbers& n) {
+    for (int i = 0; i < floats; i += 16)
+        putState<Wide>(states, i, steady<Wide>(n, scale * Wide::load(row + i)));
+}
+BRUME_WIDE(void, columnsBegin,
+           (float* states, const float* row, int floats, float scale, const CascadeNumbers& n),
+           (states, row, floats, scale, n))
+template <class Wide>
+BRUME_INLINE void columnsTurnBy(float* states, const float* forward, const float* row, int floats,
+                                const CascadeNumbers& n) {
+    for (int i = 0; i < floats; i += 16)
+        putState<Wide>(states, i, turned(n, stateAt<Wide>(forward, i), n.scale * Wide::load(row + i)));
+}
+BRUME_WIDE(void, columnsTurn,
+           (float* states, const float* forward, const float* row, int floats, const CascadeNumbers& n),
+           (states, forward, row, floats, n))
+
 // Down eight rows, whose last pixels may lack room; whether they were all finite, which states tell. What
-// comes out is left out where it is not `wanted`.
-template <bool wanted>
-BRUME_INLINE bool columnsDown(float* const* to, const float* const* rows, const CascadeState* before,
-                              CascadeState* after, int floats, const CascadeNumbers& numbers) {
+// comes out is left out where it is not wanted.
+template <class Wide, bool isWanted, bool isDelta>
+BRUME_INLINE bool columnsDownIn(float* const* to, const float* const* rows, const float* before, float* after,
+                                int floats, const CascadeNumbers& numbers) {
+    typedef typename Wide::Four Four;
     const CascadeNumbers n = numbers;
-    typedef int Bits __attribute__((vector_size(64), may_alias));
-    Bits largest = {};
+    typename Wide::Watch watch;
     auto run = [&](int i, auto load) __attribute__((always_inline)) {
-        CascadeState s = before[i / 16];
+        StateOf<Wide> s = stateAt<Wide>(before, i);
         for (int k = 0; k < cascadeRows; k++)
-            if constexpr (wanted)
-                *(Four*)(to[k] + i) = advance(n, s, n.scale * load(rows[k] + i));
+            if constexpr (isWanted)
+                Wide::store(to[k] + i, advance<isDelta>(n, s, n.scale * load(rows[k] + i)));
             else
-                follow(n, s, n.scale * load(rows[k] + i));
-        for (const Four& x : {s.value, s.slope}) {
-            const Bits bits = (Bits)x & 0x7fffffff;
-            largest = bits > largest ? bits : largest;
-        }
-        after[i / 16] = s;
+                follow<isDelta>(n, s, n.scale * load(rows[k] + i));
+        watch.look(s.value), watch.look(s.slope);
+        putState<Wide>(after, i, s);
     };
     for (int i = 0; i < floats; i += 16)
         if (i + 16 <= floats)
             run(
                 i, [](const float* at) __attribute__((always_inline)) {
                     __builtin_prefetch(at + 256);
-                    return *(const Four*)at;
+                    return Wide::load(at);
                 });
         else
             run(
                 i, [&](const float* at) __attribute__((always_inline)) {
-                    Four x = {};
+                    float x[16] = {};
                     for (int c = 0; c < floats - i; c++) x[c] = at[c];
-                    return x;
+                    return Wide::load(x);
                 });
-    int most = 0;
-    for (int k = 0; k < 16; k++) most = std::max(most, largest[k]);
-    return most < 0x7f800000;
+    return watch.areFinite();
 }
-BRUME_VECTORISE static bool columnsForward(float* const* to, const float* const* rows,
-                                           const CascadeState* before, CascadeState* after, int floats,
-                                           const CascadeNumbers& numbers) {
-    return columnsDown<true>(to, rows, before, after, floats, numbers);
+template <class Wide, bool isWanted>
+BRUME_INLINE bool columnsDown(float* const* to, const float* const* rows, const float* before, float* after,
+                              int floats, const CascadeNumbers& numbers) {
+    bool areFinite = true;
+    inEitherForm(
+        numbers, [&](auto isDelta) __attribute__((always_inline)) {
+            areFinite = columnsDownIn<Wide, isWanted, isDelta>(to, rows, before, after, floats, numbers);
+        });
+    return areFinite;
 }
-BRUME_VECTORISE static bool columnsApproach(const float* const* rows, const CascadeState* before,
-                                            CascadeState* after, int floats, const CascadeNumbers& numbers) {
-    return columnsDown<false>(nullptr, rows, before, after, floats, numbers);
+template <class Wide>
+BRUME_INLINE bool columnsForwardBy(float* const* to, const float* const* rows, const float* before,
+                                   float* after, int floats, const CascadeNumbers& n) {
+    return columnsDown<Wide, true>(to, rows, before, after, floats, n);
 }
+BRUME_WIDE(bool, columnsForward,
+           (float* const* to, const float* const* rows, const float* before, float* after, int floats,
+            const CascadeNumbers& n),
+           (to, rows, before, after, floats, n))
+template <class Wide>
+BRUME_INLINE bool columnsApproachBy(const float* const* rows, const float* before, float* after, int floats,
+                                    const CascadeNumbers& n) {
+    return columnsDown<Wide, false>(nullptr, rows, before, after, floats, n);
+}
+BRUME_WIDE(bool, columnsApproach,
+           (const float* const* rows, const float* before, float* after, int floats, const CascadeNumbers& n),
+           (rows, before, after, floats, n))
 // Up eight rows of what went down, for their state alone.
-BRUME_VECTORISE static void columnsPass(CascadeState* states, const float* const* rows, int floats,
-                                        const CascadeNumbers& numbers) {
+template <class Wide>
+BRUME_INLINE void columnsPassBy(float* states, const float* const* rows, int floats,
+                                const CascadeNumbers& numbers) {
     const CascadeNumbers n = numbers;
-    for (int i = 0; i < floats; i += 16) {
-        CascadeState s = states[i / 16];
-        for (int k = cascadeRows - 1; k >= 0; k--) follow(n, s, *(const Four*)(rows[k] + i));
-        states[i / 16] = s;
-    }
+    inEitherForm(
+        n, [&](auto isDelta) __attribute__((always_inline)) {
+            for (int i = 0; i < floats; i += 16) {
+                auto s = stateAt<Wide>(states, i);
+                for (int k = cascadeRows - 1; k >= 0; k--) follow<isDelta>(n, s, Wide::load(rows[k] + i));
+                putState<Wide>(states, i, s);
+            }
+        });
 }
+BRUME_WIDE(void, columnsPass, (float* states, const float* const* rows, int floats, const CascadeNumbers& n),
+           (states, rows, floats, n))
 
 // Up eight rows of what went down, and along them to the right: laneCount floats a column of eight pixels.
 // Gives the rows' state at their right end, for the way back.
-BRUME_VECTORISE static void columnsBackward(float* lanes, CascadeState* states, CascadeState* ends,
-                                            const float* const* rows, int floats,
-                                            const CascadeNumbers& numbers) {
+template <class Wide, bool isDelta>
+BRUME_INLINE void columnsBackwardIn(float* lanes, float* states, float* ends, const float* const* rows,
+                                    int floats, const CascadeNumbers& numbers) {
+    typedef typename Wide::Four Four;
     const CascadeNumbers n = numbers;
-    CascadeState along[2] = {};
+    StateOf<Wide> along[2] = {};
     Four last[2] = {};
     for (int i = 0; i < floats; i += 16) {
-        CascadeState s = states[i / 16];
+        StateOf<Wide> s = stateAt<Wide>(states, i);
         Four x[2][4];
 #pragma GCC unroll 8
         for (int k = cascadeRows - 1; k >= 0; k--) {
             __builtin_prefetch(rows[k] + i + 128);
-            x[k / 4][k % 4] = advance(n, s, *(const Four*)(rows[k] + i));
+            x[k / 4][k % 4] = advance<isDelta>(n, s, Wide::load(rows[k] + i));
         }
-        states[i / 16] = s;
+        putState<Wide>(states, i, s);
         for (int half = 0; half < 2; half++) transpose(x[half]);
         if (i == 0)
-            for (int half = 0; half < 2; half++) along[half] = steady(n, x[half][0]);
+            for (int half = 0; half < 2; half++) along[half] = steady<Wide>(n, x[half][0]);
         const int count = std::min(4, (floats - i) / 4);
+        auto put = [&](int k) __attribute__((always_inline)) {
+            for (int half = 0; half < 2; half++)
+                Wide::store(lanes + laneCount * (i / 4 + k) + 16 * half,
+                            advance<isDelta>(n, along[half], x[half][k]));
+        };
         if (count == 4) {
 #pragma GCC unroll 4
-            for (int k = 0; k < 4; k++)
-                for (int half = 0; half < 2; half++)
-                    *(Four*)(lanes + laneCount * (i / 4 + k) + 16 * half) =
-                        advance(n, along[half], x[half][k]);
+            for (int k = 0; k < 4; k++) put(k);
         } else {
-            for (int k = 0; k < count; k++)
-                for (int half = 0; half < 2; half++)
-                    *(Four*)(lanes + laneCount * (i / 4 + k) + 16 * half) =
-                        advance(n, along[half], x[half][k]);
+            for (int k = 0; k < count; k++) put(k);
         }
         for (int half = 0; half < 2; half++) last[half] = x[half][count - 1];
     }
-    for (int half = 0; half < 2; half++) ends[half] = turned(n, along[half], last[half]);
+    for (int half = 0; half < 2; half++) putState<Wide>(ends, 16 * half, turned(n, along[half], last[half]));
 }
+template <class Wide>
+BRUME_INLINE void columnsBackwardBy(float* lanes, float* states, float* ends, const float* const* rows,
+                                    int floats, const CascadeNumbers& n) {
+    inEitherForm(
+        n, [&](auto isDelta) __attribute__((always_inline)) {
+            columnsBackwardIn<Wide, isDelta>(lanes, states, ends, rows, floats, n);
+        });
+}
+BRUME_WIDE(void, columnsBackward,
+           (float* lanes, float* states, float* ends, const float* const* rows, int floats,
+            const CascadeNumbers& n),
+           (lanes, states, ends, rows, floats, n))
+
 // Back along eight rows, the first `count` of which are wanted. put(to, x) writes four pixels.
-template <class Put>
-BRUME_INLINE void rowsBackwardBy(float* const* out, int count, CascadeState* ends, const float* lanes,
+template <class Wide, bool isDelta, class Put>
+BRUME_INLINE void rowsBackwardIn(float* const* out, int count, const float* ends, const float* lanes,
                                  int width, const CascadeNumbers& numbers, Put put) {
+    typedef typename Wide::Four Four;
     const CascadeNumbers n = numbers;
-    CascadeState along[2] = {ends[0], ends[1]};
+    StateOf<Wide> along[2] = {stateAt<Wide>(ends, 0), stateAt<Wide>(ends, 16)};
     int i = (width - 1) / 4 * 4;
     if (const int rest = width - i; rest < 4) {
         for (int half = 0; half < 2; half++)
             for (int k = rest - 1; k >= 0; k--) {
-                const Four x = n.scale * advance(n, along[half],
-                                                 *(const Four*)(lanes + laneCount * (i + k) + 16 * half));
+                float x[16];
+                Wide::store(
+                    x, advance<isDelta>(n, along[half], Wide::load(lanes + laneCount * (i + k) + 16 * half)));
                 for (int row = 0; row < std::min(4, count - 4 * half); row++)
                     for (int c = 0; c < 4; c++) out[4 * half + row][4 * (i + k) + c] = x[4 * row + c];
             }
@@ -178,25 +245,45 @@ BRUME_INLINE void rowsBackwardBy(float* const* out, int count, CascadeState* end
             const float* at = lanes + laneCount * i + 16 * half;
 #pragma GCC unroll 4
             for (int k = 3; k >= 0; k--)
-                x[k] = n.scale * advance(n, along[half], *(const Four*)(at + laneCount * k));
+                x[k] = advance<isDelta>(n, along[half], Wide::load(at + laneCount * k));
             transpose(x);
             for (int k = 0; k < 4; k++)
                 if (4 * half + k < count) put(out[4 * half + k] + 4 * i, x[k]);
         }
 }
-BRUME_VECTORISE static void rowsBackward(float* const* out, int count, CascadeState* ends, const float* lanes,
-                                         int width, const CascadeNumbers& n) {
-    rowsBackwardBy(
-        out, count, ends, lanes, width, n,
-        [](float* to, Four x) __attribute__((always_inline)) { *(Four*)to = x; });
+template <class Wide, class Put>
+BRUME_INLINE void rowsBackwardTo(float* const* out, int count, const float* ends, const float* lanes,
+                                 int width, const CascadeNumbers& n, Put put) {
+    inEitherForm(
+        n, [&](auto isDelta) __attribute__((always_inline)) {
+            rowsBackwardIn<Wide, isDelta>(out, count, ends, lanes, width, n, put);
+        });
 }
+template <class Wide>
+BRUME_INLINE void rowsBackwardBy(float* const* out, int count, const float* ends, const float* lanes,
+                                 int width, const CascadeNumbers& n) {
+    rowsBackwardTo<Wide>(
+        out, count, ends, lanes, width, n,
+        [](float* to, auto x) __attribute__((always_inline)) { Wide::store(to, x); });
+}
+BRUME_WIDE(void, rowsBackward,
+           (float* const* out, int count, const float* ends, const float* lanes, int width,
+            const CascadeNumbers& n),
+           (out, count, ends, lanes, width, n))
 #ifdef BRUME_STREAMS_LINES
 // The same past the caches; rows begin where a line of the cache does.
-BRUME_STREAMS_LINES static void rowsBackwardStreamed(float* const* out, int count, CascadeState* ends,
+BRUME_STREAMS_LINES static void rowsBackwardStreamed(float* const* out, int count, const float* ends,
                                                      const float* lanes, int width, const CascadeNumbers& n) {
-    rowsBackwardBy(
+    rowsBackwardTo<Whole>(
         out, count, ends, lanes, width, n,
         [](float* to, Four x) __attribute__((always_inline)) { brume::streamLine(to, x); });
+}
+BRUME_STREAMS_HALVES static void rowsBackwardHalved(float* const* out, int count, const float* ends,
+                                                    const float* lanes, int width, const CascadeNumbers& n) {
+    rowsBackwardTo<Halves>(
+        out, count, ends, lanes, width, n, [](float* to, Pair x) __attribute__((always_inline)) {
+            brume::streamHalf(to, x.low), brume::streamHalf(to + 8, x.high);
+        });
 }
 #endif
 /// Whether cascadedBlur takes an image of so many rows: otherwise its bands would be most of the image.
@@ -217,7 +304,8 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int fit = int(cacheBytes / (4 * size_t(room))) - around, tallest = std::max(128, fit),
               each = last / tasks, bands = (each + tallest - 1) / tallest,
               band = (each / std::max(bands, 1) + 15) / 8 * 8, ringRows = band + around;
-    const bool streamsLines = streams && brume::canStreamLines(out), isCopied = streams && !streamsLines;
+    const brume::LineStream line = streams ? brume::lineStreamTo(out) : brume::LineStream::none;
+    const bool isCopied = streams && line == brume::LineStream::none;
     cv::parallel_for_(
         cv::Range(0, tasks),
         [&](const cv::Range& range) {
@@ -225,8 +313,7 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
             Scratch ring(size_t(ringRows) * room), finite(size_t(cascadeRows) * room),
                 states(6 * size_t(room)), lanes(8 * size_t(room)),
                 finished(isCopied ? size_t(cascadeRows) * room : 0);
-            CascadeState* forward = reinterpret_cast<CascadeState*>(states.data());
-            CascadeState *after = forward + room / 16, *back = after + room / 16;
+            float *forward = states.data(), *after = forward + 2 * room, *back = after + 2 * room;
             auto slot = [&](int y) { return ring.data() + size_t(y % ringRows) * room; };
             auto copyRows = [&](int y, int count) {
                 for (int k = 0; k < count; k++) {
@@ -271,15 +358,16 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
                             columnsPass(back, rows, floats, numbers);
                             continue;
                         }
-                        CascadeState ends[2];
+                        float ends[2 * stateFloats];
                         columnsBackward(lanes.data(), back, ends, rows, floats, numbers);
                         const int count = std::min(cascadeRows, height - y);
                         float* to[cascadeRows];
                         for (int k = 0; k < count; k++)
                             to[k] = isCopied ? finished.data() + size_t(k) * room : out.ptr<float>(y + k);
 #ifdef BRUME_STREAMS_LINES
-                        if (streamsLines) {
-                            rowsBackwardStreamed(to, count, ends, lanes.data(), width, numbers);
+                        if (line != brume::LineStream::none) {
+                            (line == brume::LineStream::whole ? rowsBackwardStreamed : rowsBackwardHalved)(
+                                to, count, ends, lanes.data(), width, numbers);
                             continue;
                         }
 #endif

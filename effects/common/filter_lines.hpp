@@ -13,63 +13,64 @@ namespace blur {
 constexpr int laneCount = 32;  // floats that run side by side: eight pixels
 
 // Exchanges rows and columns of a 4×4 square of pixels.
-BRUME_INLINE void transpose(Four (&a)[4]) {
-    Four b[4];
+template <class Vector>
+BRUME_INLINE void transpose(Vector (&a)[4]) {
+    Vector b[4];
     for (int k = 0; k < 2; k++) {
-        b[k] = __builtin_shufflevector(a[2 * k], a[2 * k + 1], 0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21,
-                                       22, 23);
-        b[2 + k] = __builtin_shufflevector(a[2 * k], a[2 * k + 1], 8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14,
-                                           15, 28, 29, 30, 31);
+        b[k] = pixels<0, 4, 1, 5>(a[2 * k], a[2 * k + 1]);
+        b[2 + k] = pixels<2, 6, 3, 7>(a[2 * k], a[2 * k + 1]);
     }
     for (int k = 0; k < 4; k += 2) {
-        a[k] =
-            __builtin_shufflevector(b[k], b[k + 1], 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23);
-        a[k + 1] = __builtin_shufflevector(b[k], b[k + 1], 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28,
-                                           29, 30, 31);
+        a[k] = pixels<0, 1, 4, 5>(b[k], b[k + 1]);
+        a[k + 1] = pixels<2, 3, 6, 7>(b[k], b[k + 1]);
     }
 }
 
 // Eight rows of `count` pixels side by side. Whether all their values were finite.
-BRUME_VECTORISE static bool interleave(float* lanes, const float* const rows[8], int count) {
-    typedef int Bits __attribute__((vector_size(64), may_alias));
-    Bits largest = {};
+template <class Wide>
+BRUME_INLINE bool interleaveBy(float* lanes, const float* const* rows, int count) {
+    typedef typename Wide::Four Four;
+    typename Wide::Watch watch;
     int i = 0, most = 0;
     for (; i + 4 <= count; i += 4)
         for (int half = 0; half < 2; half++) {
             Four a[4];
             for (int k = 0; k < 4; k++) {
                 __builtin_prefetch(rows[4 * half + k] + 4 * i + 64 * 4);
-                a[k] = *(const Four*)(rows[4 * half + k] + 4 * i);
-                Bits bits = (Bits)a[k] & 0x7fffffff;
-                largest = bits > largest ? bits : largest;
+                a[k] = Wide::load(rows[4 * half + k] + 4 * i);
+                watch.look(a[k]);
             }
             transpose(a);
-            for (int k = 0; k < 4; k++) *(Four*)(lanes + laneCount * (i + k) + 16 * half) = a[k];
+            for (int k = 0; k < 4; k++) Wide::store(lanes + laneCount * (i + k) + 16 * half, a[k]);
         }
-    for (int k = 0; k < 16; k++) most = std::max(most, largest[k]);
     for (; i < count; i++)
         for (int k = 0; k < 8; k++)
             for (int n = 0; n < 4; n++) {
                 float x = lanes[laneCount * i + 4 * k + n] = rows[k][4 * i + n];
                 most = std::max(most, std::bit_cast<int>(x) & 0x7fffffff);
             }
-    return most < 0x7f800000;
+    return watch.areFinite() && most < 0x7f800000;
 }
+BRUME_WIDE(bool, interleave, (float* lanes, const float* const* rows, int count), (lanes, rows, count))
 // The other way, for the first `rowCount` rows.
-BRUME_VECTORISE static void separate(float* const* rows, int rowCount, const float* lanes, int count) {
+template <class Wide>
+BRUME_INLINE void separateBy(float* const* rows, int rowCount, const float* lanes, int count) {
+    typedef typename Wide::Four Four;
     int i = 0;
     for (; i + 4 <= count; i += 4)
         for (int half = 0; half < 2; half++) {
             Four a[4];
-            for (int k = 0; k < 4; k++) a[k] = *(const Four*)(lanes + laneCount * (i + k) + 16 * half);
+            for (int k = 0; k < 4; k++) a[k] = Wide::load(lanes + laneCount * (i + k) + 16 * half);
             transpose(a);
             for (int k = 0; k < 4 && 4 * half + k < rowCount; k++)
-                *(Four*)(rows[4 * half + k] + 4 * i) = a[k];
+                Wide::store(rows[4 * half + k] + 4 * i, a[k]);
         }
     for (; i < count; i++)
         for (int k = 0; k < rowCount; k++)
             *(One*)(rows[k] + 4 * i) = *(const One*)(lanes + laneCount * i + 4 * k);
 }
+BRUME_WIDE(void, separate, (float* const* rows, int rowCount, const float* lanes, int count),
+           (rows, rowCount, lanes, count))
 BRUME_VECTORISE static void copyLanes(float* out, const float* in) {
     *(Two*)out = *(const Two*)in;
     *(Two*)(out + 8) = *(const Two*)(in + 8);

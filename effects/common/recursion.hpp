@@ -16,28 +16,35 @@ struct Recursion {
 };
 
 // One direction of one exponential over the lanes: state = Σ pole^(m - 1)·x[n ∓ m] over m ≥ 1.
+template <class Wide>
 struct State {
-    Four re[laneCount / 16], im[laneCount / 16];
+    typedef typename Wide::Register Vector;
+    static constexpr int floats = sizeof(Vector) / 4, count = laneCount / floats;
+    Vector re[count], im[count];
 };
 // Before the edge all values are the edge's: state = -x/(pole - 1).
-BRUME_INLINE void beginAt(State& state, const float* edge, const float pole[4], float origin) {
+template <class Wide>
+BRUME_INLINE void beginAt(State<Wide>& state, const float* edge, const float pole[4], float origin) {
+    typedef typename Wide::Register Vector;
     const float re = pole[0] + (origin - 1), im = pole[1], scale = -1.0f / (re * re + im * im);
-    for (int k = 0; k < laneCount / 16; k++) {
-        Four x = *(const Four*)(edge + 16 * k);
+    for (int k = 0; k < state.count; k++) {
+        Vector x = *(const Vector*)(edge + state.floats * k);
         state.re[k] = x * (re * scale);
         state.im[k] = x * (-im * scale);
     }
 }
 // to = Re(amplitude·state) and, if it `adds`, what was there; else center·from.
-template <bool adds>
-BRUME_INLINE void advance(State& state, float* to, const float* from, const float pole[4], float center,
+template <bool adds, class Wide>
+BRUME_INLINE void advance(State<Wide>& state, float* to, const float* from, const float pole[4], float center,
                           float origin) {
+    typedef typename Wide::Register Vector;
     const float dr = pole[0], di = pole[1], ar = pole[2], ai = pole[3];
-    for (int k = 0; k < laneCount / 16; k++) {
-        Four re = state.re[k], im = state.im[k], x = *(const Four*)(from + 16 * k), base;
-        if constexpr (adds) base = *(const Four*)(to + 16 * k);
+    for (int k = 0; k < state.count; k++) {
+        const int i = state.floats * k;
+        Vector re = state.re[k], im = state.im[k], x = *(const Vector*)(from + i), base;
+        if constexpr (adds) base = *(const Vector*)(to + i);
         if constexpr (!adds) base = center * x;
-        *(Four*)(to + 16 * k) = base + (ar * re - ai * im);
+        *(Vector*)(to + i) = base + (ar * re - ai * im);
         state.re[k] = origin * re + ((dr * re - di * im) + x);
         state.im[k] = origin * im + (dr * im + di * re);
     }
@@ -45,10 +52,10 @@ BRUME_INLINE void advance(State& state, float* to, const float* from, const floa
 
 // Both directions at once, one from each end: two chains of dependent sums hide each other's latency. Up to
 // the middle each is the first at its place, behind it the second.
-template <bool adds>
+template <class Wide, bool adds>
 BRUME_INLINE void exponential(float* out, const float* x, int count, const float pole[4], float center,
                               float origin) {
-    State right, left;
+    State<Wide> right, left;
     auto at = [](int n) { return ptrdiff_t(laneCount) * n; };
     beginAt(right, x, pole, origin);
     beginAt(left, x + at(count - 1), pole, origin);
@@ -68,11 +75,16 @@ BRUME_INLINE void exponential(float* out, const float* x, int count, const float
     }
 }
 
-BRUME_VECTORISE static void runLanes(float* out, const float* x, int count, const float* poles, int poleCount,
-                                     float center, float origin) {
-    exponential<false>(out, x, count, poles, center, origin);
-    for (int k = 1; k < poleCount; k++) exponential<true>(out, x, count, poles + 4 * k, center, origin);
+template <class Wide>
+BRUME_INLINE void runLanesBy(float* out, const float* x, int count, const float* poles, int poleCount,
+                             float center, float origin) {
+    exponential<Wide, false>(out, x, count, poles, center, origin);
+    for (int k = 1; k < poleCount; k++) exponential<Wide, true>(out, x, count, poles + 4 * k, center, origin);
 }
+BRUME_WIDE(void, runLanes,
+           (float* out, const float* x, int count, const float* poles, int poleCount, float center,
+            float origin),
+           (out, x, count, poles, poleCount, center, origin))
 
 /// `in` and `out` are CV_32FC4 of one size and do not overlap.
 inline void recursiveBlur(const cv::Mat& in, cv::Mat& out, const Recursion& recursion) {

@@ -33,8 +33,7 @@ __attribute__((target("avx512f"))) inline void streamWide(float* to, const float
 /// Whether streamPlanes writes past the caches here.
 inline bool canStreamPlanes() {
 #if defined(__SSE2__)
-    static const bool isWide = __builtin_cpu_supports("avx512f");
-    return isWide;
+    return true;
 #else
     return false;
 #endif
@@ -43,8 +42,22 @@ inline bool canStreamPlanes() {
 /// Writes four planes, `stride` floats apart, as pixels of 16 bytes, `to` aligned to them, past the caches.
 /// Only where canStreamPlanes(); the thread that did ends with streamEnd().
 #if defined(__SSE2__)
-__attribute__((noinline, target("avx512f"))) inline void streamPlanes(float* to, const float* plane,
-                                                                      int stride, int count) {
+__attribute__((noinline)) inline void streamPlanesNarrow(float* to, const float* plane, int stride,
+                                                         int count) {
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        const float* from = plane + i;
+        __m128 r = _mm_loadu_ps(from), g = _mm_loadu_ps(from + stride), b = _mm_loadu_ps(from + 2 * stride),
+               a = _mm_loadu_ps(from + 3 * stride);
+        _MM_TRANSPOSE4_PS(r, g, b, a);
+        _mm_stream_ps(to + 4 * i, r), _mm_stream_ps(to + 4 * i + 4, g);
+        _mm_stream_ps(to + 4 * i + 8, b), _mm_stream_ps(to + 4 * i + 12, a);
+    }
+    for (; i < count; i++)
+        for (int n = 0; n < 4; n++) to[4 * i + n] = plane[n * stride + i];
+}
+__attribute__((noinline, target("avx512f"))) inline void streamPlanesWide(float* to, const float* plane,
+                                                                          int stride, int count) {
     // Lane 4k + n of a quarter is channel n of pixel k.
     const __m512i firstFour = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
     auto putOne = [&](int i) {
@@ -67,31 +80,44 @@ __attribute__((noinline, target("avx512f"))) inline void streamPlanes(float* to,
     }
     for (; i < count; i++) putOne(i);
 }
+inline void streamPlanes(float* to, const float* plane, int stride, int count) {
+    static const bool isWide = __builtin_cpu_supports("avx512f");
+    (isWide ? streamPlanesWide : streamPlanesNarrow)(to, plane, stride, count);
+}
 #else
 inline void streamPlanes(float*, const float*, int, int) {}
 #endif
 
-// A line of the cache straight from a register: only in code compiled for AVX-512, which no sanitizer looks
-// at.
+// A line of the cache straight from registers, whole or in two halves one after the other: only in code
+// compiled for AVX-512 or AVX2, which no sanitizer looks at.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
     defined(__OPTIMIZE__)
 #define BRUME_STREAMS_LINES __attribute__((target("arch=x86-64-v4")))
+#define BRUME_STREAMS_HALVES __attribute__((target("arch=x86-64-v3")))
 typedef float StreamedLine __attribute__((vector_size(64), may_alias));
+typedef float StreamedHalf __attribute__((vector_size(32), may_alias));
 BRUME_INLINE void streamLine(float* to, StreamedLine x) {
     asm volatile("vmovntps %1, %0" : "=m"(*reinterpret_cast<StreamedLine*>(to)) : "v"(x));
 }
+BRUME_INLINE void streamHalf(float* to, StreamedHalf x) {
+    asm volatile("vmovntps %1, %0" : "=m"(*reinterpret_cast<StreamedHalf*>(to)) : "x"(x));
+}
 #endif
-/// Whether this machine has what BRUME_STREAMS_LINES compiles for, and the image's rows begin where a line
-/// does.
-inline bool canStreamLines(const cv::Mat& out) {
+/// What of these this machine has, where the image's rows begin where a line does.
+enum class LineStream { none, halves, whole };
+inline LineStream lineStreamTo(const cv::Mat& out) {
 #ifdef BRUME_STREAMS_LINES
-    static const bool can = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                            __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                            __builtin_cpu_supports("avx512vl");
-    return can && reinterpret_cast<uintptr_t>(out.data) % 64 == 0 && out.step[0] % 64 == 0;
-#else
-    return (void)out, false;
+    static const bool hasHalves = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+                                  __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma"),
+                      hasWhole = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                                 __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                                 __builtin_cpu_supports("avx512vl");
+    const LineStream widest = hasWhole    ? LineStream::whole
+                              : hasHalves ? LineStream::halves
+                                          : LineStream::none;
+    if (reinterpret_cast<uintptr_t>(out.data) % 64 == 0 && out.step[0] % 64 == 0) return widest;
 #endif
+    return (void)out, LineStream::none;
 }
 
 /// Copies whole pixels of 16 bytes, `to` aligned to them, past the caches if it `streams`. The thread that

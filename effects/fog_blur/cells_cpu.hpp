@@ -35,7 +35,7 @@ constexpr int cellWidth = 128, cellHeight = blur::blockRows;
 // next entry.
 struct Places {
     int first[cellWidth], entry[cellWidth];
-    float share[cellWidth + spreadMargin];
+    float share[cellWidth];
 };
 BRUME_VECTORISE static void placesOf(Places& places, const Spacing& s, float largest, int levelCount,
                                      const float* sigmas, int count) {

@@ -18,8 +18,8 @@ constexpr int atOnce = 8, longestReach = 19;
 
 // a[k] = half[0]·vectors[k + reach] + Σ half[t]·(vectors[k + reach - t] + vectors[k + reach + t]). From one t
 // to the next all but two of the vectors stay in registers.
-template <int reach, class Load>
-BRUME_INLINE void sumEight(Four (&a)[atOnce], const float* half, Load load) {
+template <int reach, class Vector, class Load>
+BRUME_INLINE void sumEight(Vector (&a)[atOnce], const float* half, Load load) {
     float taps[reach + 1];
     for (int t = 0; t <= reach; t++) taps[t] = half[t];
     for (int k = 0; k < atOnce; k++) a[k] = load(k + reach) * taps[0];
@@ -30,35 +30,58 @@ BRUME_INLINE void sumEight(Four (&a)[atOnce], const float* half, Load load) {
     }
 }
 
+// Eight steps along rows, of as many as lie side by side.
+BRUME_INLINE void putAlong(float* const* rows, int at, const Four (&a)[atOnce]) {
+    for (int part = 0; part < atOnce; part += 4) {
+        Four b[4] = {a[part], a[part + 1], a[part + 2], a[part + 3]};
+        blur::transpose(b);
+        for (int k = 0; k < laneRows; k++) *(Four*)(rows[k] + at + 4 * part) = b[k];
+    }
+}
+BRUME_INLINE void putAlong(float* const* rows, int at, const blur::Two (&a)[atOnce]) {
+    for (int k = 0; k < atOnce; k += 2) {
+        *(blur::Two*)(rows[0] + at + 4 * k) =
+            __builtin_shufflevector(a[k], a[k + 1], 0, 1, 2, 3, 8, 9, 10, 11);
+        *(blur::Two*)(rows[1] + at + 4 * k) =
+            __builtin_shufflevector(a[k], a[k + 1], 4, 5, 6, 7, 12, 13, 14, 15);
+    }
+}
+
 // Rows of `count` filtered pixels, from `lanes` that begin `reach` pixels before; whole groups of eight.
 // Meanwhile as many pixels of the rows `soon` are asked for, if any: a few at a time, since a core waits
 // where it asks for more than it has room for.
-template <int reach>
-BRUME_INLINE void alongBy(float* const* rows, const float* lanes, const float* half, int count,
+template <class Wide, int reach>
+BRUME_INLINE void alongOf(float* const* rows, const float* lanes, const float* half, int count,
                           const float* const* soon) {
+    // A register holds so many of the rows.
+    typedef typename Wide::Register Vector;
+    constexpr int floats = sizeof(Vector) / 4;
     auto ask = [&](int from, int end) __attribute__((always_inline)) {
         for (int k = 0; k < laneRows && soon; k++)
             for (int x = from; x < end; x += 4) __builtin_prefetch(soon[k] + 4 * x);
     };
     for (int i = 0; i < count; i += atOnce) {
         ask(i, i + atOnce);
-        Four a[atOnce];
-        sumEight<reach>(a, half, [&](int u) { return *(const Four*)(lanes + laneFloats * (i + u)); });
-        for (int part = 0; part < atOnce; part += 4) {
-            Four b[4] = {a[part], a[part + 1], a[part + 2], a[part + 3]};
-            blur::transpose(b);
-            for (int k = 0; k < laneRows; k++) *(Four*)(rows[k] + 4 * (i + part)) = b[k];
+        for (int row = 0; row < laneFloats; row += floats) {
+            Vector a[atOnce];
+            sumEight<reach>(
+                a, half, [&](int u) __attribute__((always_inline)) {
+                    return *(const Vector*)(lanes + laneFloats * (i + u) + row);
+                });
+            putAlong(rows + row / 4, 4 * i, a);
         }
     }
     ask(count, count + 2 * reach);
 }
 // Eight rows of filtered pixels from rows[0 .. 7 + 2·reach]; whole groups of four.
-template <int reach>
-BRUME_INLINE void acrossBy(float* const* out, const float* const* rows, const float* half, int count) {
-    for (int i = 0; i < count; i += 4) {
-        Four a[atOnce];
-        sumEight<reach>(a, half, [&](int u) { return *(const Four*)(rows[u] + 4 * i); });
-        for (int k = 0; k < atOnce; k++) *(Four*)(out[k] + 4 * i) = a[k];
+template <class Wide, int reach>
+BRUME_INLINE void acrossOf(float* const* out, const float* const* rows, const float* half, int count) {
+    typedef typename Wide::Register Vector;
+    for (int i = 0; i < (count + 3) / 4 * 16; i += sizeof(Vector) / 4) {
+        Vector a[atOnce];
+        sumEight<reach>(
+            a, half, [&](int u) __attribute__((always_inline)) { return *(const Vector*)(rows[u] + i); });
+        for (int k = 0; k < atOnce; k++) *(Vector*)(out[k] + i) = a[k];
     }
 }
 
@@ -66,51 +89,69 @@ template <class Do, int... reaches>
 BRUME_INLINE void withReach(int reach, Do run, std::integer_sequence<int, reaches...>) {
     ((reach == reaches ? (run(std::integral_constant<int, reaches>()), 0) : 0), ...);
 }
-BRUME_VECTORISE static void filterAlong(float* const* rows, const float* lanes, const float* half, int reach,
-                                        int count, const float* const* soon) {
+template <class Wide>
+BRUME_INLINE void filterAlongBy(float* const* rows, const float* lanes, const float* half, int reach,
+                                int count, const float* const* soon) {
     withReach(
-        reach, [&](auto n) __attribute__((always_inline)) { alongBy<n>(rows, lanes, half, count, soon); },
+        reach,
+        [&](auto n) __attribute__((always_inline)) { alongOf<Wide, n>(rows, lanes, half, count, soon); },
         std::make_integer_sequence<int, longestReach + 1>());
 }
-BRUME_VECTORISE static void filterAcross(float* const* out, const float* const* rows, const float* half,
-                                         int reach, int count) {
+BRUME_WIDE(void, filterAlong,
+           (float* const* rows, const float* lanes, const float* half, int reach, int count,
+            const float* const* soon),
+           (rows, lanes, half, reach, count, soon))
+template <class Wide>
+BRUME_INLINE void filterAcrossBy(float* const* out, const float* const* rows, const float* half, int reach,
+                                 int count) {
     withReach(
-        reach, [&](auto n) __attribute__((always_inline)) { acrossBy<n>(out, rows, half, count); },
+        reach, [&](auto n) __attribute__((always_inline)) { acrossOf<Wide, n>(out, rows, half, count); },
         std::make_integer_sequence<int, longestReach + 1>());
 }
+BRUME_WIDE(void, filterAcross,
+           (float* const* out, const float* const* rows, const float* half, int reach, int count),
+           (out, rows, half, reach, count))
 
 // Four rows of pixels, made sharp, and their deviations side by side; whole groups of four pixels.
-BRUME_VECTORISE static void interleaveRows(float* lanes, float* laneSigmas, const float* const* colors,
-                                           const float* const* sigmas, int count) {
+template <class Wide>
+BRUME_INLINE void interleaveRowsBy(float* lanes, float* laneSigmas, const float* const* colors,
+                                   const float* const* sigmas, int count) {
     for (int i = 0; i < count; i += 4) {
-        Four a[4];
-        for (int k = 0; k < laneRows; k++) a[k] = sharpened(*(const Four*)(colors[k] + 4 * i));
+        typename Wide::Four a[4];
+        for (int k = 0; k < laneRows; k++) a[k] = sharpened(Wide::load(colors[k] + 4 * i));
         blur::transpose(a);
-        for (int k = 0; k < 4; k++) *(Four*)(lanes + laneFloats * (i + k)) = a[k];
+        for (int k = 0; k < 4; k++) Wide::store(lanes + laneFloats * (i + k), a[k]);
         for (int k = 0; k < 4; k++)
             for (int row = 0; row < laneRows; row++)
                 laneSigmas[laneRows * (i + k) + row] = sigmas[row][i + k];
     }
 }
 
+BRUME_WIDE(void, interleaveRows,
+           (float* lanes, float* laneSigmas, const float* const* colors, const float* const* sigmas,
+            int count),
+           (lanes, laneSigmas, colors, sigmas, count))
+
 // What a blur of `sigma` takes of them.
-BRUME_VECTORISE static void weighLanes(float* out, const float* lanes, const float* laneSigmas, float sigma,
-                                       int count) {
+template <class Wide>
+BRUME_INLINE void weighLanesBy(float* out, const float* lanes, const float* laneSigmas, float sigma,
+                               int count) {
     const float inverse = 1.0f / sigma;
+    const auto one = typename Wide::Four{} + 1.0f;
     for (int i = 0; i < count; i += 4) {
-        Four weights = *(const Four*)(laneSigmas + laneRows * i) * inverse;
-        const Four one = Four{} + 1.0f;
-        weights = weights < one ? weights : one;
-        const Four each[4] = {
-            __builtin_shufflevector(weights, weights, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3),
-            __builtin_shufflevector(weights, weights, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7),
-            __builtin_shufflevector(weights, weights, 8, 8, 8, 8, 9, 9, 9, 9, 10, 10, 10, 10, 11, 11, 11, 11),
-            __builtin_shufflevector(weights, weights, 12, 12, 12, 12, 13, 13, 13, 13, 14, 14, 14, 14, 15, 15,
-                                    15, 15)};
-        for (int k = 0; k < 4; k++)
-            *(Four*)(out + laneFloats * (i + k)) = *(const Four*)(lanes + laneFloats * (i + k)) * each[k];
+        const auto weights = blur::least(Wide::load(laneSigmas + laneRows * i) * inverse, one);
+        auto weigh = [&](auto k) __attribute__((always_inline)) {
+            const int at = laneFloats * (i + k);
+            Wide::store(out + at, Wide::load(lanes + at) * blur::spreadPart<k>(weights));
+        };
+        using std::integral_constant;
+        weigh(integral_constant<int, 0>()), weigh(integral_constant<int, 1>());
+        weigh(integral_constant<int, 2>()), weigh(integral_constant<int, 3>());
     }
 }
+BRUME_WIDE(void, weighLanes,
+           (float* out, const float* lanes, const float* laneSigmas, float sigma, int count),
+           (out, lanes, laneSigmas, sigma, count))
 
 /// The rows round those being made, four side by side, `margin` pixels wider than `width` on each side and
 /// with eight more to the right that mean nothing.

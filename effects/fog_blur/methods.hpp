@@ -122,12 +122,7 @@ BRUME_VECTORISE static void finishRow(bool isSingle, const float* foggy, const f
             float change = out[4 * i + n] - bounded(clear[4 * i + n]);
             out[4 * i + n] = bounded(foggy[4 * i + n]) + bounded(transmittance[4 * i + n]) * change;
         }
-    int i = 0;
-    for (; i + 4 <= count; i += 4)
-        *(Four*)(out + 4 * i) =
-            __builtin_shufflevector(*(const Four*)(out + 4 * i), *(const Four*)(foggy + 4 * i), 0, 1, 2, 19,
-                                    4, 5, 6, 23, 8, 9, 10, 27, 12, 13, 14, 31);
-    for (; i < count; i++) out[4 * i + 3] = foggy[4 * i + 3];
+    for (int i = 0; i < count; i++) out[4 * i + 3] = foggy[4 * i + 3];
 }
 
 // What a run blurs, and how it ends.
@@ -143,7 +138,7 @@ struct Work {
           c(context),
           transmittance(c.image("transmittance")),
           clear(c.image("clear")),
-          sigmas(c.input.total() + spreadMargin),
+          sigmas(c.input.total()),
           source{p.order == single ? clear : c.input, cv::Mat(c.input.size(), CV_32F, sigmas.data())} {}
     void sigmaOf(int y, int x, int count, float* sigma) const {
         const float* through = transmittance.ptr<float>(y) + 4 * x;

@@ -17,13 +17,6 @@ struct Source {
     cv::Mat color, sigma;
 };
 
-// One number a pixel, four times each; reads twelve more (GCC 12 takes a load of four through memory).
-constexpr int spreadMargin = 12;
-BRUME_INLINE Four spread(const float* numbers) {
-    Four a = *(const Four*)numbers;
-    return __builtin_shufflevector(a, a, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
-}
-
 // Finite colour, and a weight of 1.
 BRUME_VECTORISE static void sharpen(float* out, const float* color, int count) {
     for (int i = 0; i < 4 * count; i++) {
@@ -33,7 +26,7 @@ BRUME_VECTORISE static void sharpen(float* out, const float* color, int count) {
     }
 }
 
-// The same of four pixels in a register.
+// The same of pixels in a register.
 BRUME_INLINE Four sharpened(Four color) {
     typedef int Bits __attribute__((vector_size(64)));
     const Bits x = (Bits)color, magnitude = x & 0x7fffffff, zero = {};
@@ -43,21 +36,33 @@ BRUME_INLINE Four sharpened(Four color) {
     return __builtin_shufflevector((Four)bounded, Four{} + 1.0f, 0, 1, 2, 19, 4, 5, 6, 23, 8, 9, 10, 27, 12,
                                    13, 14, 31);
 }
+BRUME_INLINE blur::Two sharpened(blur::Two color) {
+    typedef int Bits __attribute__((vector_size(32)));
+    const Bits x = (Bits)color, magnitude = x & 0x7fffffff, zero = {};
+    const Bits largest = (x & int(0x80000000)) | std::bit_cast<int>(65504.0f);
+    Bits bounded = magnitude == 0x7f800000 ? largest : x;
+    bounded = magnitude > 0x7f800000 ? zero : bounded;
+    return __builtin_shufflevector((blur::Two)bounded, blur::Two{} + 1.0f, 0, 1, 2, 11, 4, 5, 6, 15);
+}
+BRUME_INLINE blur::Pair sharpened(blur::Pair color) { return {sharpened(color.low), sharpened(color.high)}; }
 
-// Each pixel's four channels times a number of its own; reads spreadMargin numbers more.
-BRUME_VECTORISE static void multiply(float* out, const float* sharp, const float* weights, int count) {
+// Each pixel's four channels times a number of its own.
+template <class Wide>
+BRUME_INLINE void multiplyBy(float* out, const float* sharp, const float* weights, int count) {
     int i = 0;
     for (; i + 4 <= count; i += 4)
-        *(Four*)(out + 4 * i) = *(const Four*)(sharp + 4 * i) * spread(weights + i);
+        Wide::store(out + 4 * i, Wide::load(sharp + 4 * i) * blur::spread<Wide>(weights + i));
     for (; i < count; i++) *(One*)(out + 4 * i) = *(const One*)(sharp + 4 * i) * weights[i];
 }
+BRUME_WIDE(void, multiply, (float* out, const float* sharp, const float* weights, int count),
+           (out, sharp, weights, count))
 
 // What a blur of `sigma` takes of sharp pixels: colour times weight, and the weight. count <= widestWeighed.
 constexpr int widestWeighed = 256;
 BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* sigmas, float sigma,
                                   int count) {
     const float inverse = 1.0f / sigma;
-    float weights[widestWeighed + spreadMargin];
+    float weights[widestWeighed];
     for (int i = 0; i < count; i++) weights[i] = std::min(sigmas[i] * inverse, 1.0f);
     multiply(out, sharp, weights, count);
 }

@@ -12,8 +12,10 @@
 #include <bit>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <type_traits>
 #include <vector>
 
+#include "common/four.hpp"
 #include "common/stream.hpp"
 #include "effect/kit/math.hpp"
 #include "effect/plugin.hpp"
@@ -66,31 +68,89 @@ BRUME_INLINE float encodeFinite(float x) {
     return std::copysign(a <= 0.0031308f ? 12.92f * a : 1.055f * power - 0.055f, x);
 }
 
-typedef float Sixteen __attribute__((vector_size(64), aligned(4), may_alias));
-typedef int SixteenBits __attribute__((vector_size(64), aligned(4), may_alias));
+// Vectors as long as registers are, what is looked up by their elements, and the way from planes to pixels.
+struct Sixteen {
+    typedef float Vector __attribute__((vector_size(64), aligned(4), may_alias));
+    typedef int Bits __attribute__((vector_size(64), aligned(4), may_alias));
+    typedef unsigned Unsigned __attribute__((vector_size(64), aligned(4), may_alias));
+    static constexpr int count = 16;
+    // Of 32 numbers, the one that the last five bits say.
+    static BRUME_INLINE Vector lookUp(const float* numbers, Bits which) {
+        const auto* of = reinterpret_cast<const Vector*>(numbers);
+        return __builtin_shuffle(of[0], of[1], which);
+    }
+    static BRUME_INLINE void toPixels(float* to, const float* planes, int stride) {
+        const auto of = [&](int n) __attribute__((always_inline)) {
+            return *reinterpret_cast<const Vector*>(planes + n * stride);
+        };
+        const Vector r = of(0), g = of(1), b = of(2), a = of(3);
+        for (int half = 0; half < 2; half++) {
+            const Bits two = {0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23};
+            const Vector rg = __builtin_shuffle(r, g, two + 8 * half),
+                         ba = __builtin_shuffle(b, a, two + 8 * half);
+            const Bits four = {0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23};
+            *reinterpret_cast<Vector*>(to + 32 * half) = __builtin_shuffle(rg, ba, four);
+            *reinterpret_cast<Vector*>(to + 32 * half + 16) = __builtin_shuffle(rg, ba, four + 8);
+        }
+    }
+};
+struct Eight {
+    typedef float Vector __attribute__((vector_size(32), aligned(4), may_alias));
+    typedef int Bits __attribute__((vector_size(32), aligned(4), may_alias));
+    typedef unsigned Unsigned __attribute__((vector_size(32), aligned(4), may_alias));
+    static constexpr int count = 8;
+    static BRUME_INLINE Vector lookUp(const float* numbers, Bits which) {
+        const auto* of = reinterpret_cast<const Vector*>(numbers);
+        const Bits isOdd = (which & 8) != 0, isHigh = (which & 16) != 0;
+        const Vector low = isOdd ? __builtin_shuffle(of[1], which) : __builtin_shuffle(of[0], which),
+                     high = isOdd ? __builtin_shuffle(of[3], which) : __builtin_shuffle(of[2], which);
+        return isHigh ? high : low;
+    }
+    static BRUME_INLINE void toPixels(float* to, const float* planes, int stride) {
+        typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
+        for (int i = 0; i < count; i += 4) {
+            const auto of = [&](int n) __attribute__((always_inline)) {
+                return *reinterpret_cast<const Pixel*>(planes + n * stride + i);
+            };
+            const Pixel r = of(0), g = of(1), b = of(2), a = of(3);
+            const Pixel rg = __builtin_shufflevector(r, g, 0, 4, 1, 5),
+                        ba = __builtin_shufflevector(b, a, 0, 4, 1, 5),
+                        rg2 = __builtin_shufflevector(r, g, 2, 6, 3, 7),
+                        ba2 = __builtin_shufflevector(b, a, 2, 6, 3, 7);
+            auto* pixel = reinterpret_cast<Pixel*>(to + 4 * i);
+            pixel[0] = __builtin_shufflevector(rg, ba, 0, 1, 4, 5);
+            pixel[1] = __builtin_shufflevector(rg, ba, 2, 3, 6, 7);
+            pixel[2] = __builtin_shufflevector(rg2, ba2, 0, 1, 4, 5);
+            pixel[3] = __builtin_shufflevector(rg2, ba2, 2, 3, 6, 7);
+        }
+    }
+};
+template <class Wide>
+using Lanes = std::conditional_t<std::is_same_v<Wide, blur::Whole>, Sixteen, Eight>;
 
 // The same of values from 0 to 128, relative error 2e-7, for half the work: of each half octave the
 // reciprocal of its middle, and the middle's power, are looked up by the exponent's last four bits and the
 // first of the mantissa; what is left is 1 + m, |m| ≤ .2, whose power is a polynomial (the least largest
 // relative error).
 struct Encoding {
-    Sixteen reciprocal[2], power[2];
+    float reciprocal[32], power[32];
     Encoding() {
         for (int k = 0; k < 32; k++) {
             // Bits 22 to 26 of a float: an exponent of -9, from k = 12 on, to 6.
             const int exponent = (k / 2 + 10) % 16 - 9;
-            const float inverse = std::ldexp(k % 2 ? 4 / 7.f : 4 / 5.f, -exponent);
-            reciprocal[k / 16][k % 16] = inverse;
-            power[k / 16][k % 16] = float(1.055 * std::pow(double(inverse), -5 / 12.));
+            reciprocal[k] = std::ldexp(k % 2 ? 4 / 7.f : 4 / 5.f, -exponent);
+            power[k] = float(1.055 * std::pow(double(reciprocal[k]), -5 / 12.));
         }
     }
-    BRUME_INLINE Sixteen operator()(Sixteen x) const {
-        const Sixteen least = Sixteen{} + 0.0031308f, a = x > least ? x : least;
-        const SixteenBits half = (SixteenBits)a >> 22;
-        const Sixteen m = a * __builtin_shuffle(reciprocal[0], reciprocal[1], half) - 1.0f, m2 = m * m;
-        const Sixteen even = (-0.0428257658f * m2 - 0.121506561f) * m2 + 0.99999995f,
-                      odd = (0.0313980601f * m2 + 0.0640931701f) * m2 + 0.416667f;
-        const Sixteen curve = (even + m * odd) * __builtin_shuffle(power[0], power[1], half) - 0.055f;
+    template <class L>
+    BRUME_INLINE typename L::Vector of(typename L::Vector x) const {
+        typedef typename L::Vector Vector;
+        const Vector least = Vector{} + 0.0031308f, a = x > least ? x : least;
+        const typename L::Bits half = (typename L::Bits)a >> 22;
+        const Vector m = a * L::lookUp(reciprocal, half) - 1.0f, m2 = m * m;
+        const Vector even = (-0.0428257658f * m2 - 0.121506561f) * m2 + 0.99999995f,
+                     odd = (0.0313980601f * m2 + 0.0640931701f) * m2 + 0.416667f;
+        const Vector curve = (even + m * odd) * L::lookUp(power, half) - 0.055f;
         return x > least ? curve : 12.92f * x;
     }
 };
@@ -111,18 +171,20 @@ struct Largest {
     float color;
     bool isPlain;
 };
+template <class L>
 BRUME_INLINE Largest largestOf(const float* in) {
-    typedef unsigned Unsigned __attribute__((vector_size(64), aligned(4), may_alias));
-    SixteenBits color = {};
+    typedef typename L::Bits Bits;
+    typedef typename L::Unsigned Unsigned;
+    Bits color = {};
     Unsigned all = {};
-    for (int i = 0; i < 4 * tile; i += 16) {
-        const SixteenBits bits = *reinterpret_cast<const SixteenBits*>(in + i);
+    for (int i = 0; i < 4 * tile; i += L::count) {
+        const Bits bits = *reinterpret_cast<const Bits*>(in + i);
         color = bits > color ? bits : color;
         all = (Unsigned)bits > all ? (Unsigned)bits : all;
     }
     int most = 0;
     unsigned mostOfAll = 0;
-    for (int k = 0; k < 16; k++) {
+    for (int k = 0; k < L::count; k++) {
         most = std::max(most, k % 4 < 3 ? color[k] : 0);
         mostOfAll = std::max(mostOfAll, all[k]);
     }
@@ -158,17 +220,19 @@ BRUME_INLINE void arrive(const LightDetect& p, const float* rays, const float* d
 }
 
 // 2. Luminance, its knee, and the curve.
+template <class L>
 BRUME_INLINE void measure(const Detection& d, bool isPlain, const Planes& t, float* luminance) {
     const float *r = t.color[0], *g = t.color[1], *b = t.color[2];
     if (d.p->luminance == linear709)
         for (int i = 0; i < tile; i++) luminance[i] = r[i] * 0.2126f + g[i] * 0.7152f + b[i] * 0.0722f;
     else if (isPlain) {
-        const Encoding encode = *d.encoding;
-        for (int i = 0; i < tile; i += 16) {
+        const Encoding encoding = *d.encoding;
+        typedef typename L::Vector Vector;
+        for (int i = 0; i < tile; i += L::count) {
             auto at = [&](const float* plane) __attribute__((always_inline)) {
-                return encode(*reinterpret_cast<const Sixteen*>(plane + i));
+                return encoding.of<L>(*reinterpret_cast<const Vector*>(plane + i));
             };
-            *reinterpret_cast<Sixteen*>(luminance + i) = at(r) * 0.299f + at(g) * 0.587f + at(b) * 0.114f;
+            *reinterpret_cast<Vector*>(luminance + i) = at(r) * 0.299f + at(g) * 0.587f + at(b) * 0.114f;
         }
     } else
         for (int i = 0; i < tile; i++)
@@ -189,11 +253,13 @@ BRUME_INLINE void weigh(const LightDetect& p, const float* from, const float* lu
 }
 
 // The lights of a tile, added to `sums`, one a channel.
-BRUME_VECTORISE void addLights(const Detection& d, const float* in, const float* depth, int x, int y,
-                               float* const* sums) {
+template <class Wide>
+BRUME_INLINE void addLightsBy(const Detection& d, const float* in, const float* depth, int x, int y,
+                              float* const* sums) {
+    typedef Lanes<Wide> L;
     const LightDetect& p = *d.p;
     float *red = sums[0], *green = sums[1], *blue = sums[2], *alpha = sums[3];
-    const Largest largest = largestOf(in);
+    const Largest largest = largestOf<L>(in);
     float bounded[4 * tile];
     if (!largest.isPlain) {
         for (int i = 0; i < 4 * tile; i++) bounded[i] = finite(in[i]);
@@ -206,7 +272,7 @@ BRUME_VECTORISE void addLights(const Detection& d, const float* in, const float*
         for (int n = 0; n < 4; n++) t.color[n][i] = in[4 * i + n];
     float luminance[tile];
     arrive(p, d.rays, depth, x, y, t.weight);
-    measure(d, largest.isPlain && largest.color < 128.0f, t, luminance);
+    measure<L>(d, largest.isPlain && largest.color < 128.0f, t, luminance);
     weigh(p, d.hardFrom, luminance, t.weight);
     const float saturation = p.saturation, intensity = p.intensity, limit = p.limit > 0 ? p.limit : HUGE_VALF;
     for (int i = 0; i < tile; i++) {
@@ -222,28 +288,19 @@ BRUME_VECTORISE void addLights(const Detection& d, const float* in, const float*
         blue[i] += b * strength;
     }
 }
+BRUME_WIDE(void, addLights,
+           (const Detection& d, const float* in, const float* depth, int x, int y, float* const* sums),
+           (d, in, depth, x, y, sums))
 
 // 4. The mean over the pixels that one pixel of the output stands for, of sums over its rows: pixel i stands
 // for columns begins[i] to begins[i + 1]. `lights` has room for the sums, `stride` of them a channel, as
 // pixels.
-BRUME_VECTORISE void average(float* out, int outWidth, const int* begins, const float* sums, int stride,
-                             float* lights, int rows) {
+template <class Wide>
+BRUME_INLINE void averageBy(float* out, int outWidth, const int* begins, const float* sums, int stride,
+                            float* lights, int rows) {
     typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
-    for (int i = 0; i < stride; i += 16) {
-        const auto of = [&](int n) __attribute__((always_inline)) {
-            return *reinterpret_cast<const Sixteen*>(sums + n * stride + i);
-        };
-        const Sixteen r = of(0), g = of(1), b = of(2), a = of(3);
-        for (int half = 0; half < 2; half++) {
-            const SixteenBits two = {0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23};
-            const Sixteen rg = __builtin_shuffle(r, g, two + 8 * half),
-                          ba = __builtin_shuffle(b, a, two + 8 * half);
-            const SixteenBits four = {0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23};
-            float* to = lights + 4 * i + 32 * half;
-            *reinterpret_cast<Sixteen*>(to) = __builtin_shuffle(rg, ba, four);
-            *reinterpret_cast<Sixteen*>(to + 16) = __builtin_shuffle(rg, ba, four + 8);
-        }
-    }
+    for (int i = 0; i < stride; i += Lanes<Wide>::count)
+        Lanes<Wide>::toPixels(lights + 4 * i, sums + i, stride);
     for (int i = 0; i < outWidth; i++) {
         Pixel sum = {};
         for (int x = begins[i]; x < begins[i + 1]; x++)
@@ -251,6 +308,10 @@ BRUME_VECTORISE void average(float* out, int outWidth, const int* begins, const 
         *reinterpret_cast<Pixel*>(out + 4 * i) = sum * (1.0f / float((begins[i + 1] - begins[i]) * rows));
     }
 }
+BRUME_WIDE(void, average,
+           (float* out, int outWidth, const int* begins, const float* sums, int stride, float* lights,
+            int rows),
+           (out, outWidth, begins, sums, stride, lights, rows))
 
 void run(const LightDetect& p, const CpuContext& c) {
     const int width = c.input.cols, height = c.input.rows;

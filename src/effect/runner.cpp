@@ -194,27 +194,27 @@ LinearRows::LinearRows(const cv::Mat& image, cv::Size size)
     const auto &first = columns_.first, &second = columns_.second;
     for (int i = 1; i <= size.width; i++)
         if (i == size.width || first[i] != first[i - 1] || second[i] != second[i - 1]) runEnds_.push_back(i);
-    columns_.share.resize(size.width + 12);  // mixColumns reads sixteen at a time
+    columns_.share.resize(size.width + 6);  // mixColumns reads eight at a time
 }
 
-// Four pixels, one; unaligned.
-typedef float Pixels __attribute__((vector_size(64), aligned(4), may_alias));
+// Two pixels, one; unaligned.
+typedef float Pixels __attribute__((vector_size(32), aligned(4), may_alias));
 typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
 
 // Each pixel of `out` is pixels `first` and `second` of `line`, mixed; up to each of `ends` they are the same
-// two. Reads twelve floats beyond the line and the shares.
+// two. Reads four floats beyond the line, six beyond the shares.
 BRUME_VECTORISE static void mixColumns(float* out, const float* line, const int* first, const int* second,
                                        const float* share, const int* ends, size_t endCount) {
     int i = 0;
     for (size_t r = 0; r < endCount; r++) {
         const float *a = line + 4 * first[i], *b = line + 4 * second[i];
-        Pixels fourA = *reinterpret_cast<const Pixels*>(a), fourB = *reinterpret_cast<const Pixels*>(b);
-        fourA = __builtin_shufflevector(fourA, fourA, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
-        fourB = __builtin_shufflevector(fourB, fourB, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
-        for (; i + 4 <= ends[r]; i += 4) {
+        Pixels twoA = *reinterpret_cast<const Pixels*>(a), twoB = *reinterpret_cast<const Pixels*>(b);
+        twoA = __builtin_shufflevector(twoA, twoA, 0, 1, 2, 3, 0, 1, 2, 3);
+        twoB = __builtin_shufflevector(twoB, twoB, 0, 1, 2, 3, 0, 1, 2, 3);
+        for (; i + 2 <= ends[r]; i += 2) {
             const Pixels s = *reinterpret_cast<const Pixels*>(share + i),
-                         w = __builtin_shufflevector(s, s, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
-            *reinterpret_cast<Pixels*>(out + 4 * i) = fourA * (1 - w) + fourB * w;
+                         w = __builtin_shufflevector(s, s, 0, 0, 0, 0, 1, 1, 1, 1);
+            *reinterpret_cast<Pixels*>(out + 4 * i) = twoA * (1 - w) + twoB * w;
         }
         for (; i < ends[r]; i++)
             *reinterpret_cast<Pixel*>(out + 4 * i) = *reinterpret_cast<const Pixel*>(a) * (1 - share[i]) +
@@ -235,7 +235,7 @@ void LinearRows::write(int j, float* to, Memory& memory) const {
     for (int k = 0; k < 2; k++) {
         if (memory.row[k] == wanted[k]) continue;
         memory.wide[k].resize(4 * size_t(width));
-        memory.line.resize(4 * size_t(image_.cols) + 12);
+        memory.line.resize(4 * size_t(image_.cols) + 4);
         std::copy_n(image_.ptr<float>(wanted[k]), 4 * image_.cols, memory.line.begin());
         mixColumns(memory.wide[k].data(), memory.line.data(), columns_.first.data(), columns_.second.data(),
                    columns_.share.data(), runEnds_.data(), runEnds_.size());
