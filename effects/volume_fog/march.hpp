@@ -25,15 +25,16 @@ BRUME_VECTORISE inline void placeStep(March& m, int i, float u) {
         tile.t0[x] = tile.begin[x] + tile.stride[x] * float(i);
         tile.t1[x] = tile.begin[x] + tile.stride[x] * float(i + 1);
         tile.at[x] = tile.t0[x] + tile.u[x] * (tile.t1[x] - tile.t0[x]);
-        tile.stepDepth[x] = 0;
     }
+    if (m.isOnlyVolume) return;
+    for (int x = 0; x < tileWidth; x++) tile.stepDepth[x] = 0;
     if (!m.severalAlbedos) return;
     for (int x = 0; x < tileWidth; x++) tile.albedoRed[x] = tile.albedoGreen[x] = tile.albedoBlue[x] = 0;
 }
 
 // 7. A volume's density and its optical depth within the step: by its overlap with the step, so that a
 // uniform box is exact. Falloffs count u metres beyond their start.
-template <bool edges, bool linear, bool exponential>
+template <bool isOnly, bool edges, bool linear, bool exponential>
 BRUME_INLINE void addVolumeLoop(Tile& tile, const VolumeTile& volume, float* depths) {
     const float* v = volume.rows;
     BRUME_APART
@@ -56,36 +57,46 @@ BRUME_INLINE void addVolumeLoop(Tile& tile, const VolumeTile& volume, float* dep
         else if constexpr (exponential)
             density *= brume::extinctionOf(uy * v[14]).transmittance;
         const float depth = length * density * tile.noise[x];
-        tile.stepDepth[x] += depth;
-        depths[x] = depth;
+        if constexpr (isOnly) {
+            tile.stepDepth[x] = depth;
+        } else {
+            tile.stepDepth[x] += depth;
+            depths[x] = depth;
+        }
     }
 }
 
-BRUME_VECTORISE inline void addVolume(Tile& tile, const VolumeTile& volume, bool isEven,
-                                      bool severalAlbedos) {
-    Lanes depths;
+template <bool isOnly>
+BRUME_INLINE void addVolumeOf(Tile& tile, const VolumeTile& volume, bool isEven, float* depths) {
     const int kind = isEven ? 0 : 4 * volume.hasEdges + 2 * volume.hasLinear + volume.hasExponential;
     switch (kind) {
         case 0:
-            addVolumeLoop<false, false, false>(tile, volume, depths);
+            addVolumeLoop<isOnly, false, false, false>(tile, volume, depths);
             break;
         case 1:
-            addVolumeLoop<false, false, true>(tile, volume, depths);
+            addVolumeLoop<isOnly, false, false, true>(tile, volume, depths);
             break;
         case 2:
-            addVolumeLoop<false, true, false>(tile, volume, depths);
+            addVolumeLoop<isOnly, false, true, false>(tile, volume, depths);
             break;
         case 5:
-            addVolumeLoop<true, false, true>(tile, volume, depths);
+            addVolumeLoop<isOnly, true, false, true>(tile, volume, depths);
             break;
         case 6:
-            addVolumeLoop<true, true, false>(tile, volume, depths);
+            addVolumeLoop<isOnly, true, true, false>(tile, volume, depths);
             break;
         default:
-            addVolumeLoop<true, true, true>(tile, volume, depths);
+            addVolumeLoop<isOnly, true, true, true>(tile, volume, depths);
             break;
     }
-    if (!severalAlbedos) return;
+}
+
+BRUME_VECTORISE inline void addVolume(March& m, const VolumeTile& volume, bool isEven) {
+    Tile& tile = m.tile;
+    if (m.isOnlyVolume) return addVolumeOf<true>(tile, volume, isEven, nullptr);
+    Lanes depths;
+    addVolumeOf<false>(tile, volume, isEven, depths);
+    if (!m.severalAlbedos) return;
     const float* v = volume.rows;
     for (int x = 0; x < tileWidth; x++) {
         tile.albedoRed[x] += depths[x] * v[8];
@@ -256,7 +267,7 @@ inline void addVolumes(March& m, int i) {
     const float end = m.tile.beginLast + m.tile.strideLast * float(i + 1);
     for (int k = 0; k < m.volumeCount; k++) {
         const VolumeTile& volume = m.volumes[k];
-        if (volume.last > volume.first) addVolume(m.tile, volume, end <= volume.evenUntil, m.severalAlbedos);
+        if (volume.last > volume.first) addVolume(m, volume, end <= volume.evenUntil);
     }
 }
 

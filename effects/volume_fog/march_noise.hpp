@@ -154,20 +154,27 @@ BRUME_VECTORISE inline void spaceKnots(March& m) {
     Tile& tile = m.tile;
     // a little below, since rays may be of round shares of it
     const float longest = 0.485f * m.p.max_distance / float(m.p.steps);
-    int32_t fewest = mostDoublings;
+    int32_t fewest = mostDoublings, greatest = 0;
     for (int x = 0; x < tileWidth; x++) {
         const float ratio = longest / most(tile.stride[x], 1e-30f);
         int32_t bits;
         std::memcpy(&bits, &ratio, 4);
         tile.pastMask[x] = std::min(std::max((bits >> 23) - 127, 0), mostDoublings);
         fewest = std::min(fewest, tile.pastMask[x]);
+        greatest = std::max(greatest, tile.pastMask[x]);
     }
     tile.knotEvery = m.p.noise_every << fewest;
+    tile.areKnotsEven = fewest == greatest && m.p.method != Jittered;
     for (int x = 0; x < tileWidth; x++) {
         const int32_t times = 1 << (tile.pastMask[x] - fewest);
         tile.pastMask[x] = times - 1;
         tile.knotShare[x] = 1.0f / float(times);
     }
+}
+
+// Where knots are kept that begin `ahead` of the present stretch: in turn, where all rays move on together.
+inline float* knotsOf(Tile& tile, int ahead) {
+    return tile.knots[tile.areKnotsEven ? (tile.stretch + ahead) & 3 : ahead + 1];
 }
 
 // Knots of all rays, `ahead` of their own spacings beyond the end of the last `knotEvery` steps.
@@ -206,6 +213,24 @@ BRUME_VECTORISE inline void fitNoise(Tile& tile, const float* fresh, float stren
     }
 }
 
+// Where knots of all rays are at the same steps, every ray is as far, g, between them: the cubic through four
+// is their sum, weighted alike on all.
+BRUME_VECTORISE inline void weighNoise(March& m, float g) {
+    Tile& tile = m.tile;
+    const float strength = noiseStrength(m);
+    const float lowest = 1.0f + least(strength, 0.0f), highest = 1.0f + most(strength, 0.0f);
+    const float a = -0.166666667f * strength * (g * (g - 1.0f) * (g - 2.0f)),
+                b = 0.5f * strength * ((g + 1.0f) * (g - 1.0f) * (g - 2.0f)),
+                c = -0.5f * strength * ((g + 1.0f) * g * (g - 2.0f)),
+                d = 0.166666667f * strength * ((g + 1.0f) * g * (g - 1.0f));
+    const float *k0 = knotsOf(tile, -1), *k1 = knotsOf(tile, 0), *k2 = knotsOf(tile, 1),
+                *k3 = knotsOf(tile, 2);
+    BRUME_APART
+    for (int x = 0; x < tileWidth; x++)
+        tile.noise[x] =
+            least(most(1.0f + ((a * k0[x] + b * k1[x]) + (c * k2[x] + d * k3[x])), lowest), highest);
+}
+
 BRUME_VECTORISE inline void interpolateNoise(March& m, int past) {
     Tile& tile = m.tile;
     const float strength = noiseStrength(m), inverse = 1.0f / float(tile.knotEvery);
@@ -235,9 +260,14 @@ BRUME_VECTORISE inline void placeNoise(March& m, int i) {
         if (i == 0) {
             spaceKnots(m);
             tile.stretch = tile.pastKnot = 0;
-            for (int k = -1; k <= 1; k++) lookUpKnots(m, k, tile.knots[k + 2]);
+            for (int k = -1; k <= 1; k++) lookUpKnots(m, k, knotsOf(tile, tile.areKnotsEven ? k : k + 1));
         } else if (++tile.pastKnot == tile.knotEvery) {
             tile.stretch++, tile.pastKnot = 0;
+        }
+        if (tile.areKnotsEven) {
+            if (tile.pastKnot == 0) lookUpKnots(m, 2, knotsOf(tile, 2));
+            weighNoise(m, (float(tile.pastKnot) + tile.u[0]) / float(tile.knotEvery));
+            return;
         }
         if (tile.pastKnot == 0) {
             Lanes fresh;

@@ -86,11 +86,12 @@ class Replay {
     // farther apart than on one of a quarter of max_distance.
     double knotsEvery(double stride) {
         const double ratio = .485 * p_.max_distance / (stride * p_.steps);
+        constexpr double most = 1 << mostDoublings;
         double times = 1;
-        for (; times < 64 && ratio >= 2 * times; times *= 2)
+        for (; times < most && ratio >= 2 * times; times *= 2)
             ;
         for (double threshold : {times, 2 * times})
-            if (threshold > 1 && threshold <= 64 && std::abs(ratio / threshold - 1) < 1e-6)
+            if (threshold > 1 && threshold <= most && std::abs(ratio / threshold - 1) < 1e-6)
                 result_.ambiguous = true;
         return p_.noise_every * times;
     }

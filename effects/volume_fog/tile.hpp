@@ -21,7 +21,6 @@ namespace volume_fog {
 
 constexpr int tileWidth = 64;  // px
 constexpr int mostVolumes = 33, mostLamps = 32;
-constexpr int mostDoublings = 6;
 using Lanes = float[tileWidth];
 
 BRUME_INLINE float least(float a, float b) { return a < b ? a : b; }
@@ -66,6 +65,7 @@ struct Tile {
     alignas(64)
         int32_t pastMask[tileWidth];  // each ray's way between knots in the tile's, a power of two, less 1,
     Lanes knotShare;                  // and 1 over it
+    bool areKnotsEven = false;        // all rays' are at the same steps, and sampled as far between them
     int knotEvery = 1, stretch = 0, pastKnot = 0;  // steps between knots; how many such are past, and steps
     int column = 0, row = 0;
     float beginLast = 0, strideLast = 0;
@@ -94,7 +94,7 @@ struct March {
     cv::Vec3f towardsSun, sunLight, ambient;
     float asymmetry;  // mean cosine of scattering of a phase function that has one
     int volumeCount, lampCount;
-    bool severalAlbedos = false;
+    bool severalAlbedos = false, isOnlyVolume;  // nothing else adds to a step's depth
     VolumeTile volumes[mostVolumes];
     LampTile lamps[mostLamps];
     Tile tile;
@@ -132,6 +132,7 @@ inline March::March(const Params& params, const brume::CpuContext& context)
     }
     for (int k = 1; k < volumeCount; k++)
         severalAlbedos |= std::memcmp(volumes[k].rows + 8, volumes[0].rows + 8, 3 * sizeof(float)) != 0;
+    isOnlyVolume = volumeCount == 1 && p.method != P2;
     lampCount = int(p.point_lights.size());
     for (int k = 0; k < lampCount; k++) lamps[k].rows = c.derived("lamps").data() + 4 * lampRows * k;
 }
@@ -220,6 +221,7 @@ BRUME_VECTORISE inline void clipVolumes(March& m, int steps) {
         volume.last = last;
     }
     const float share = 1.0f / float(steps);
+    for (int x = 0; x < tileWidth; x++) tile.stepDepth[x] = 0;  // what no volume is asked for
     tile.beginLast = 0, tile.strideLast = 0;
     for (int x = 0; x < tileWidth; x++) {
         tile.begin[x] = tile.begin[x] < end[x] ? tile.begin[x] : 0.0f;

@@ -11,6 +11,9 @@ enum Falloff { NoFalloff, Linear, Exponential };
 enum Noise { NoNoise, Additive, Subtractive };
 enum Phase { Isotropic, HenyeyGreenstein, Rayleigh };
 
+/// How often, at most, short rays' steps between knots of the noise are doubled; as in ray.glsl.
+constexpr int mostDoublings = 6;
+
 struct Box {
     cv::Vec3f center, size;  // m
     float density = 0;       // 1/m

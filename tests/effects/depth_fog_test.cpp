@@ -50,11 +50,19 @@ TEST(Kit, GatheringFindsWhatOneByOneDoes) {
     std::vector<int32_t> index(64);
     for (size_t k = 0; k < table.size(); k++) table[k] = float(k) * .5f;
     for (size_t k = 0; k < index.size(); k++) index[k] = int32_t(k * k * 1237 % 4000);
-    gather(table.data() + 1000, index.data(), found.data(), 48);
-    for (size_t k = 0; k < index.size(); k++) {
-        const float wanted = k < 48 ? table[size_t(index[k]) + 1000] : 0;
-        EXPECT_EQ(found[k], wanted) << k;
-    }
+    auto expectFound = [&](auto way) {
+        std::fill(found.begin(), found.end(), 0.f);
+        way(table.data() + 1000, index.data(), found.data(), 48);
+        for (size_t k = 0; k < index.size(); k++) {
+            const float wanted = k < 48 ? table[size_t(index[k]) + 1000] : 0;
+            EXPECT_EQ(found[k], wanted) << k;
+        }
+    };
+    expectFound(gather);
+    expectFound(gatherOneByOne);
+#ifdef BRUME_GATHERS
+    if (__builtin_cpu_supports("avx512f")) expectFound(gatherAtOnce);
+#endif
 }
 
 // The worst, 7.7e-7, is where the mantissa's guess is; from the least normal number to what lamps reach.

@@ -209,7 +209,10 @@ Step stepOf(const FramePair& pair, const std::string& method, int steps, const s
 TEST(VolumeFogMethods, InFp32IsItselfInFp64) {
     for (int variant = 0; variant < 4; variant++)
         for (const auto& [name, method] : methods) {
-            const auto [pair, rest] = everything({40, 24}, variant);
+            // in one, all rays of a tile have the noise's knots at the same steps
+            const bool isEven = variant == 3;
+            auto [pair, rest] = everything(isEven ? cv::Size(64, 16) : cv::Size(40, 24), variant);
+            if (isEven) pair.depth.setTo(40);
             const Step step = stepOf(pair, name, 24 + variant, rest);
             Chain chain;
             chain.steps = {step};

@@ -26,17 +26,21 @@ __attribute__((target("arch=x86-64-v4"))) inline void gatherAtOnce(const float* 
 inline const bool gathersAtOnce = __builtin_cpu_supports("avx512f") && __builtin_cpu_is("intel");
 #endif
 
-/// to[x] = table[index[x]] for x below count, a multiple of 16. Loads one by one: what compilers make of
-/// indices in vectors takes longer.
-inline void gather(const float* table, const int32_t* index, float* to, int count) {
-#ifdef BRUME_GATHERS
-    if (gathersAtOnce) return gatherAtOnce(table, index, to, count);
-#endif
+/// What compilers make of indices in vectors takes longer.
+inline void gatherOneByOne(const float* table, const int32_t* index, float* to, int count) {
     for (int x = 0; x < count; x += 4) {
         const float a = table[index[x]], b = table[index[x + 1]], c = table[index[x + 2]],
                     d = table[index[x + 3]];
         to[x] = a, to[x + 1] = b, to[x + 2] = c, to[x + 3] = d;
     }
+}
+
+/// to[x] = table[index[x]] for x below count, a multiple of 16.
+inline void gather(const float* table, const int32_t* index, float* to, int count) {
+#ifdef BRUME_GATHERS
+    if (gathersAtOnce) return gatherAtOnce(table, index, to, count);
+#endif
+    gatherOneByOne(table, index, to, count);
 }
 
 }  // namespace brume
