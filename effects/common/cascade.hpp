@@ -97,7 +97,6 @@ BRUME_WIDE(void, columnsTurn,
 template <class Wide, bool isWanted, bool isDelta>
 BRUME_INLINE bool columnsDownIn(float* const* to, const float* const* rows, const float* before, float* after,
                                 int floats, const CascadeNumbers& numbers) {
-    typedef typename Wide::Four Four;
     const CascadeNumbers n = numbers;
     typename Wide::Watch watch;
     auto run = [&](int i, auto load) __attribute__((always_inline)) {

@@ -1,6 +1,7 @@
-// Vectors of four pixels, sixteen floats. GCC 12 takes a vector that is longer than a register through memory,
-// a dozen times slower; so kernels are written over a `Wide` and compiled as BRUME_WIDE says: for AVX-512, where
-// such a vector is a register, and for others, where it is a pair of them. Both give the same bits.
+// Vectors of four pixels, sixteen floats. GCC 12 takes a vector that is longer than a register through
+// memory, a dozen times slower; so kernels are written over a `Wide` and compiled as BRUME_WIDE says: for
+// AVX-512, where such a vector is a register, and for others, where it is a pair of them. Both give the same
+// bits.
 #pragma once
 
 #include <algorithm>
@@ -165,22 +166,22 @@ BRUME_INLINE Pair spread<Halves>(const float* numbers) {
             __builtin_shufflevector(twice, twice, 2, 2, 2, 2, 7, 7, 7, 7)};
 }
 
-/// BRUME_WIDE(Result, name, (parameters), (arguments)): a function that runs nameBy<Whole> or nameBy<Halves>, as
-/// this machine can. Sanitizers cannot run code chosen at load, so they get the halves.
+/// BRUME_WIDE(Result, name, (parameters), (arguments)): a function that runs nameBy<Whole> or nameBy<Halves>,
+/// as this machine can. Sanitizers cannot run code chosen at load, so they get the halves.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
     defined(__OPTIMIZE__)
 inline const bool hasWhole = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                              __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
                              __builtin_cpu_supports("avx512vl");
-#define BRUME_WIDE(Result, name, parameters, arguments)                                                      \
-    __attribute__((target("arch=x86-64-v4"))) static Result name##Whole parameters {                         \
-        return name##By<blur::Whole> arguments;                                                              \
-    }                                                                                                        \
-    __attribute__((target_clones("arch=x86-64-v3", "default"))) static Result name##Halves parameters {      \
-        return name##By<blur::Halves> arguments;                                                             \
-    }                                                                                                        \
-    static inline Result name parameters {                                                                   \
-        return blur::hasWhole ? name##Whole arguments : name##Halves arguments;                              \
+#define BRUME_WIDE(Result, name, parameters, arguments)                                                 \
+    __attribute__((target("arch=x86-64-v4"))) static Result name##Whole parameters {                    \
+        return name##By<blur::Whole> arguments;                                                         \
+    }                                                                                                   \
+    __attribute__((target_clones("arch=x86-64-v3", "default"))) static Result name##Halves parameters { \
+        return name##By<blur::Halves> arguments;                                                        \
+    }                                                                                                   \
+    static inline Result name parameters {                                                              \
+        return blur::hasWhole ? name##Whole arguments : name##Halves arguments;                         \
     }
 #else
 #define BRUME_WIDE(Result, name, parameters, arguments) \

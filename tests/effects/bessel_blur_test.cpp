@@ -96,12 +96,13 @@ TEST(BesselBlur, DecimatedKeepsTheToleranceAskedFor) {
 }
 
 // What the plan counts lights and ranges by: at each distance, in all from any distance on, and of its L1
-// norm there, but for a little that is fp32's. Measured: .93, .88 and .95 of it.
+// norm there, but for a little that is fp32's. Measured: .97, .90 and .97 of it.
 TEST(BesselBlur, DecimatedErrsWhereItsKernelBends) {
     double atDistance = 0, inAll = 0, beyond = 0;
-    for (double ratio : {3.41, 4.2, 5.5, 7.})
+    for (double ratio : {3.41, 4.2, 5.5, 7., 12.})
         for (int factor : {2, 3, 4, 7}) {
             const double radius = ratio * factor;
+            if (radius > 50) continue;
             Blur blur = bessel("decimated", radius);
             blur.tolerance = blur::besselTolerance(radius, factor);
             const int reach = reachOf(radius);

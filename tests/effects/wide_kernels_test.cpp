@@ -1,0 +1,146 @@
+// Kernels over registers of four pixels and over pairs of halves (common/four.hpp) give the same bits: what a
+// machine without AVX-512 makes is what one with it does. Both are compiled here for any machine, which takes
+// the long vectors through memory.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <opencv2/core.hpp>
+
+#include "common/blur_bessel.hpp"
+#include "common/cascade.hpp"
+#include "common/recursion.hpp"
+
+using namespace blur;
+
+namespace {
+
+std::vector<float> randomFloats(size_t count, int seed) {
+    std::vector<float> x(count);
+    cv::RNG random(seed);
+    for (float& v : x) v = random.uniform(0, 20) ? random.uniform(-1.f, 2.f) : random.uniform(0.f, 900.f);
+    return x;
+}
+std::vector<const float*> rowsOf(const std::vector<float>& x, int count, int floats) {
+    std::vector<const float*> rows;
+    for (int k = 0; k < count; k++) rows.push_back(x.data() + size_t(k) * floats);
+    return rows;
+}
+std::vector<float*> rowsOf(std::vector<float>& x, int count, int floats) {
+    std::vector<float*> rows;
+    for (int k = 0; k < count; k++) rows.push_back(x.data() + size_t(k) * floats);
+    return rows;
+}
+// `make(wide, out)` fills 40000 floats.
+template <class Make>
+void expectSameBits(const char* what, Make make) {
+    std::vector<float> whole(40000, -7), halves = whole;
+    make(Whole(), whole.data()), make(Halves(), halves.data());
+    EXPECT_EQ(std::memcmp(whole.data(), halves.data(), whole.size() * sizeof(float)), 0) << what;
+    EXPECT_NE(*std::max_element(whole.begin(), whole.end()), -7) << what << " did nothing";
+}
+
+}  // namespace
+
+TEST(WideKernels, FirsAndDecimationsGiveTheSameBits) {
+    const std::vector<float> x = randomFloats(40000, 1), taps = randomFloats(64, 2);
+    for (int pixels : {1, 7, 12, 35, 64, 101})
+        for (int count : {1, 4, 9, 40}) {
+            expectSameBits("along", [&](auto wide, float* out) {
+                firAlongShortBy<decltype(wide)>(out, x.data(), taps.data(), count, pixels, x.data());
+            });
+            const auto rows = rowsOf(x, count + acrossRows, 4 * pixels);
+            for (int outputs : {1, 5, 8})
+                expectSameBits("across", [&](auto wide, float* out) {
+                    float* to[acrossRows];
+                    for (int k = 0; k < outputs; k++) to[k] = out + 4 * pixels * k;
+                    firAcrossShortBy<decltype(wide)>(to, outputs, rows.data(), taps.data(), count,
+                                                     4 * pixels);
+                });
+            const int quads = (count + 3) / 4;
+            std::vector<float> spread(16 * size_t(quads));
+            for (size_t k = 0; k < spread.size(); k++) spread[k] = taps[k / 4];
+            expectSameBits("decimated", [&](auto wide, float* out) {
+                decimateLineBy<decltype(wide)>(out, x.data(), spread.data(), quads, 3, pixels);
+            });
+        }
+    const auto rows = rowsOf(x, blockRows, 4 * 101);
+    for (bool isFresh : {true, false})
+        for (int count = 1; count <= blockRows; count++)
+            expectSameBits("added", [&](auto wide, float* out) {
+                BlockSum sum = {out, {}, isFresh, blockRows - count, count};
+                std::copy_n(taps.data(), blockRows, sum.weights);
+                addBlocksBy<decltype(wide)>(&sum, 1, rows.data(), 4 * 101, {});
+            });
+}
+
+TEST(WideKernels, EnlargedRowsAreTheSameBits) {
+    const std::vector<float> x = randomFloats(40000, 3), weights = randomFloats(6, 4),
+                             phases = randomFloats(16 * 6 * 4, 5);
+    const auto rows = rowsOf(x, 6, 4 * 200);
+    for (int factor : {2, 3, 4, 5, 8, 9, 13, 16})
+        for (int width : {1, 50, 333}) {
+            expectSameBits("six", [&](auto wide, float* out) {
+                enlargeRowsBy<decltype(wide)>(out, rows.data(), weights.data(), phases.data(), factor, width);
+            });
+            expectSameBits("four", [&](auto wide, float* out) {
+                enlargeRowsByFourBy<decltype(wide)>(out, rows.data(), weights.data(), phases.data(), factor,
+                                                    width);
+            });
+        }
+}
+
+TEST(WideKernels, RecursionsGiveTheSameBits) {
+    const std::vector<float> x = randomFloats(40000, 6);
+    for (double radius : {.6, 9.}) {
+        const Exponentials e = besselExponentials(radius);
+        const std::vector<double> exact = e.packed(), cascade = cascadeOf(e).packed();
+        const std::vector<float> poles(exact.begin(), exact.end()), numbers(cascade.begin(), cascade.end());
+        expectSameBits("lanes", [&](auto wide, float* out) {
+            runLanesBy<decltype(wide)>(out, x.data(), 77, poles.data(), 1, float(e.center),
+                                       float(e.origin()));
+        });
+        CascadeNumbers n;
+        std::memcpy(&n, numbers.data(), sizeof n);
+        constexpr int width = 37, floats = 4 * width, room = (floats + 15) / 16 * 16;
+        const auto rows = rowsOf(x, cascadeRows, room);
+        expectSameBits("cascade", [&](auto wide, float* out) {
+            typedef decltype(wide) Wide;
+            std::vector<float> down(size_t(cascadeRows) * room), lanes(size_t(laneCount) * (width + 8)),
+                states(2 * room), after(2 * room), back(2 * room), ends(2 * stateFloats);
+            columnsBeginBy<Wide>(states.data(), rows[0], floats, n.scale, n);
+            EXPECT_TRUE(columnsApproachBy<Wide>(rows.data(), states.data(), after.data(), floats, n));
+            EXPECT_TRUE(columnsForwardBy<Wide>(rowsOf(down, cascadeRows, room).data(), rows.data(),
+                                               after.data(), states.data(), floats, n));
+            columnsTurnBy<Wide>(back.data(), states.data(), rows[7], floats, n);
+            const std::vector<float>& made = down;
+            columnsPassBy<Wide>(back.data(), rowsOf(made, cascadeRows, room).data(), floats, n);
+            columnsBackwardBy<Wide>(lanes.data(), back.data(), ends.data(),
+                                    rowsOf(made, cascadeRows, room).data(), floats, n);
+            float* to[cascadeRows];
+            for (int k = 0; k < cascadeRows; k++) to[k] = out + k * floats;
+            rowsBackwardBy<Wide>(to, cascadeRows, ends.data(), lanes.data(), width, n);
+        });
+    }
+}
+
+TEST(WideKernels, RowsSideBySideAreTheSameBitsAndBadOnesAreSeen) {
+    std::vector<float> x = randomFloats(40000, 7);
+    const auto rows = rowsOf(x, 8, 4 * 41);
+    std::vector<const float*> const8(rows.begin(), rows.end());
+    expectSameBits("interleaved", [&](auto wide, float* out) {
+        EXPECT_TRUE(interleaveBy<decltype(wide)>(out, const8.data(), 41));
+    });
+    expectSameBits("separated", [&](auto wide, float* out) {
+        float* to[8];
+        for (int k = 0; k < 8; k++) to[k] = out + 4 * 41 * k;
+        separateBy<decltype(wide)>(to, 7, x.data(), 41);
+    });
+    for (int bad : {0, 9, 14, 163})
+        for (float value : {NAN, HUGE_VALF, -HUGE_VALF}) {
+            const float before = std::exchange(rows[3][bad], value);
+            std::vector<float> lanes(32 * 41);
+            EXPECT_FALSE(interleaveBy<Whole>(lanes.data(), const8.data(), 41)) << bad;
+            EXPECT_FALSE(interleaveBy<Halves>(lanes.data(), const8.data(), 41)) << bad;
+            rows[3][bad] = before;
+        }
+}
