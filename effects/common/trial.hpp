@@ -54,19 +54,6 @@ inline std::vector<Probe> fewProbes(const PlanInput& in) {
     return {all.begin(), all.begin() + long(std::min(few, all.size()))};
 }
 
-/// Rays evenly over the frame, finer² of every tile, each ending where its tile's fog shows most.
-inline std::vector<Probe> raysEverywhere(const PlanInput& in, int finer) {
-    const auto& camera = in.scene.camera;
-    const auto& m = camera.worldFromCamera;
-    const cv::Vec3d ahead(-m(0, 2), -m(1, 2), -m(2, 2));
-    const double apart = double(ImageBounds::tile) / finer;
-    std::vector<Probe> rays;
-    for (double y = apart / 2; y < in.scene.size.height; y += apart)
-        for (double x = apart / 2; x < in.scene.size.width; x += apart)
-            addRay(in, ahead, x - camera.cx, y - camera.cy, rays);
-    return rays;
-}
-
 /// The frame's own pixels, one in apart × apart (0: none): a tile of rays are neighbours, as in a frame.
 inline std::vector<Probe> pixelsApart(const PlanInput& in, int apart) {
     constexpr int edge = trialEdge;
@@ -220,6 +207,8 @@ class Screen {
         }
         return worst;
     }
+    /// The first rays asked, if any were.
+    const Rays* first() const { return found_.empty() ? nullptr : found_.front().get(); }
     double doubt() const {
         double most = 0;
         for (const auto& found : found_) most = std::max(most, found->doubt());
@@ -282,7 +271,7 @@ class Screen {
 };
 
 struct TrialLevel {
-    int finer;      ///< finer² rays of every tile of the frame; 0: the few
+    int apart;      ///< one pixel in apart × apart is looked at; 0: the few rays
     double margin;  ///< the worst of all pixels may be so many times the worst of these rays
 };
 
@@ -291,44 +280,33 @@ struct TrialLevel {
 template <class Trials>
 class TrialLevels {
   public:
-    using Make = std::function<std::unique_ptr<Trials>(int finer)>;
+    using Make = std::function<std::unique_ptr<Trials>(int apart)>;
 
-    /// From the third on, the error may also grow towards all pixels as it grew from the level before, each
-    /// time that rays are so many times as many.
     TrialLevels(std::vector<TrialLevel> levels, const Make& make)
         : levels_(std::move(levels)), make_(make), trials_(levels_.size()) {}
 
     Trials& at(int level) {
-        if (!trials_[level]) trials_[level] = make_(levels_[level].finer);
+        if (!trials_[level]) trials_[level] = make_(levels_[level].apart);
         return *trials_[level];
     }
     /// The worst error to be feared of a method; gives up where it exceeds `enough`.
     double error(const TrialOption& option, double enough) {
-        double feared = 0, worst = 0, before = HUGE_VAL;
+        double feared = 0, worst = 0;
         for (int level = 0; level < int(levels_.size()); level++) {
             // More rays can only tell of larger errors.
             const double least = levels_.back().margin;
             double doubt = at(level).doubt();
-            const double own = at(level).error(option.method, option.steps, (enough - doubt) / least);
+            worst = std::max(worst, at(level).error(option.method, option.steps, (enough - doubt) / least));
             doubt = at(level).doubt();  // of more rays, maybe
-            worst = std::max(worst, own);
             feared = least * worst + doubt;
             if (feared > enough) break;
-            const double growth = level > 1 && own > before ? std::pow(own / before, timesLeft(level)) : 0;
-            feared = std::max(levels_[level].margin, std::min(growth, 4.)) * worst + doubt;
+            feared = levels_[level].margin * worst + doubt;
             if (feared <= enough && std::isfinite(enough)) break;
-            before = own;
         }
         return feared;
     }
 
   private:
-    // How often rays grow as from the level before until they are all.
-    double timesLeft(int level) const {
-        const double finer = levels_[level].finer;
-        return std::log(ImageBounds::tile / finer) / std::log(finer / levels_[level - 1].finer);
-    }
-
     std::vector<TrialLevel> levels_;
     Make make_;
     std::vector<std::unique_ptr<Trials>> trials_;

@@ -1,6 +1,7 @@
 // noise_fog tried on some of a frame's rays.
 #pragma once
 
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -9,6 +10,9 @@
 #include "noise_fog/tile.hpp"
 
 namespace brume::noise_fog {
+
+// The method that tends to the truth: procedural noise in ever more steps.
+constexpr int exactly = -1;
 
 // What the CPU half makes of rays: their noise, and the fog of a noise.
 class RayFog {
@@ -44,7 +48,7 @@ class RayFog {
         Tile t;
         place(tile, t);
         NoiseFog p = p_;
-        p.method = method, p.steps = steps;
+        p.method = method == exactly ? int(procedural) : method, p.steps = steps;
         pixelNoiseTile(p, constants_, t.L, trialWidth, t);
         for (int x = 0; x < trialWidth; x++) noise[x] = t.noise[x];
     }
@@ -77,6 +81,16 @@ class RayFog {
         }
     }
 };
+
+inline Trial::Fog fogOn(const NoiseFog& p, const PlanInput& in, const std::vector<Probe>& rays,
+                        Texels& texels) {
+    auto fog = std::make_shared<const RayFog>(p, in, rays, texels);
+    return [fog](int tile, int method, int steps, TrialOutcome& outcome) {
+        float noise[trialWidth];
+        fog->noiseOf(tile, method, steps, noise);
+        fog->fogOf(tile, noise, outcome);
+    };
+}
 
 // Those of the rays whose fog shows the noise at all: near ones have none of it, and in far ones it is opaque
 // or has its mean.
@@ -125,16 +139,14 @@ class RayTrial {
           trial_(
               in, rays_,
               [this](int tile, int method, int steps, TrialOutcome& outcome) {
-                  float tried[trialWidth], *noise = method == truth ? noiseAt(tile) : tried;
-                  fog_.noiseOf(tile, method == truth ? int(procedural) : method, steps, noise);
+                  float tried[trialWidth], *noise = method == exactly ? noiseAt(tile) : tried;
+                  fog_.noiseOf(tile, method, steps, noise);
                   fog_.fogOf(tile, noise, outcome);
               },
-              truth, p.where == alongTheRay ? 16 : 1, p.where == alongTheRay ? 4096 : 1) {}
+              exactly, p.where == alongTheRay ? 16 : 1, p.where == alongTheRay ? 4096 : 1) {}
 
     /// How visible a method in so many steps is at worst; gives up where that exceeds `enough`.
-    double error(int method, int steps, double enough) {
-        return method == procedural && p_.where == atTheSurface ? 0 : trial_.error(method, steps, enough);
-    }
+    double error(int method, int steps, double enough) { return trial_.error(method, steps, enough); }
     double doubt() const { return trial_.doubt(); }
     /// Where the noise takes the last of the fog away, holes in it may have edges as hard as the fog is
     /// dense: how visible it is at most that they lie elsewhere.
@@ -161,8 +173,6 @@ class RayTrial {
     static constexpr double deviations = 5;
 
   private:
-    static constexpr int truth = -1;
-
     const NoiseFog& p_;
     std::vector<Probe> rays_;
     RayFog fog_;

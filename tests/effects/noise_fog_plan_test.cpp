@@ -4,6 +4,8 @@
 #include <random>
 
 #include "common/noise_volume.hpp"
+#include "fog_fixture.hpp"
+#include "frame/color_encoding.hpp"
 #include "noise_fog/plan.hpp"
 
 namespace brume {
@@ -89,6 +91,48 @@ TEST(NoiseFogPlan, TriesTheVolumeWithoutBakingItAndForetellsItsError) {
                     EXPECT_LE(worst, foretold) << what;
                     EXPECT_GE(worst, .4 * foretold) << what;
                 }
+}
+
+// Steps do on every pixel, and half as many do not: fears on top of errors cost frames.
+TEST(NoiseFogPlan, TakesHardlyMoreStepsThanItNeeds) {
+    FramePair frame = fogFrame({192, 108});
+    frame.color.setTo(cv::Scalar(.05, .05, .05, 1));
+    cv::Mat small(4, 6, CV_32F);
+    cv::RNG random(8);
+    random.fill(small, cv::RNG::UNIFORM, 5, 120);
+    for (int j = 0; j < frame.size().height; j++)
+        for (int i = 0; i < frame.size().width; i++)
+            frame.depth.at<float>(j, i) = small.at<float>(j * 4 / 108, i * 6 / 192) + .05f * float(i + j);
+    const auto cpu = makeCpuRunner();
+    for (const char* noise :
+         {R"("size": 4, "octaves": 3, "density": 0.02)", R"("size": 25, "octaves": 1, "density": 0.05)",
+          R"("size": 9, "octaves": 2, "mode": "additive", "model": "power")"}) {
+        auto chainOf = [&](const std::string& steps) {
+            return parsePreset(text(R"({"effects": [{"effect": "noise_fog", "where": "along the ray",
+                                    "method": "procedural", )",
+                                    noise, R"(, "steps": )", steps, "}]}"),
+                               "test", EffectRegistry::standard());
+        };
+        auto picture = [&](const Chain& chain) {
+            return cpu->run(chain, frame, {}).images.at("color").clone();
+        };
+        const Chain planned = planChain(chainOf("\"auto\""), frame, Backend::Cpu, {});
+        const int steps = int(planned.steps.at(0).values.at("steps").numbers.at(0));
+        const cv::Mat truth = picture(chainOf("512"));
+        auto shows = [&](int of) {
+            const cv::Mat image = picture(chainOf(std::to_string(of)));
+            double worst = 0;
+            for (int j = 0; j < image.rows; j++)
+                for (int i = 0; i < image.cols; i++)
+                    for (int n = 0; n < 3; n++)
+                        worst = std::max(worst, std::abs(srgbEncode(image.at<cv::Vec4f>(j, i)[n]) -
+                                                         srgbEncode(truth.at<cv::Vec4f>(j, i)[n])));
+            return 510 * worst;
+        };
+        EXPECT_GT(steps, 3) << "the case says nothing: " << noise;
+        EXPECT_LE(shows(steps), 1) << noise << ": " << steps;
+        EXPECT_GT(shows(steps / 2), 1) << noise << ": " << steps;
+    }
 }
 
 }  // namespace
