@@ -11,6 +11,7 @@
 #include <set>
 #include <vector>
 
+#include "common/noise.hpp"
 #include "effect/plan.hpp"
 
 namespace brume {
@@ -54,16 +55,22 @@ inline std::vector<Probe> fewProbes(const PlanInput& in) {
     return {all.begin(), all.begin() + long(std::min(few, all.size()))};
 }
 
-/// The frame's own pixels, one in apart × apart (0: none): a tile of rays are neighbours, as in a frame.
+/// The frame's own pixels, one of each apart × apart (0: none), anywhere in it, lest a pattern of the frame
+/// keep time with them: a tile of rays are neighbours, as in a frame.
 inline std::vector<Probe> pixelsApart(const PlanInput& in, int apart) {
     constexpr int edge = trialEdge;
     std::vector<cv::Point> pixels;
     const cv::Size size = in.scene.size;
-    for (int top = apart / 2; apart && top < size.height; top += edge * apart)
-        for (int left = apart / 2; left < size.width; left += edge * apart)
+    auto within = [&](int x, int y) {
+        const uint32_t hash = latticeHash(uint32_t(x), uint32_t(y), 0, 0);
+        return cv::Point(std::min(x + int(hash % apart), size.width - 1),
+                         std::min(y + int((hash >> 16) % apart), size.height - 1));
+    };
+    for (int top = 0; apart && top < size.height; top += edge * apart)
+        for (int left = 0; left < size.width; left += edge * apart)
             for (int y = top; y < std::min(top + edge * apart, size.height); y += apart)
                 for (int x = left; x < std::min(left + edge * apart, size.width); x += apart)
-                    pixels.emplace_back(x, y);
+                    pixels.push_back(within(x, y));
     std::vector<Probe> rays(pixels.size());
     cv::parallel_for_({0, int(pixels.size())}, [&](const cv::Range& range) {
         for (int k = range.start; k < range.end; k++) rays[size_t(k)] = in.probeAt(pixels[size_t(k)]);
@@ -199,7 +206,7 @@ class Screen {
         if (rays_.empty()) return worst;
         // Where fewer steps, and not many fewer, look wrong, these do.
         int& last = screened_[method];
-        if (last && steps <= 1.25 * last + 1) return worst;
+        if (last && steps <= 1.25 * last) return worst;
         last = steps;
         if (auto rays = around(apart(method, steps), std::min(enough, in_.tolerance) / 4); !rays.empty()) {
             found_.push_back(make_(std::move(rays)));
@@ -231,8 +238,10 @@ class Screen {
 
     // How far apart the method and the exact one look at every ray.
     std::vector<float> apart(int method, int steps) {
+        // One step and two may be alike wrong.
+        constexpr int fewest = 8;
         const bool isCoarse = 2 * steps_ < 3 * steps;
-        if (isCoarse) steps_ = 2 * steps;
+        if (isCoarse) steps_ = std::max(2 * steps, fewest);
         std::vector<float> apart(rays_.size());
         cv::parallel_for_({0, int(outcomes_.size())}, [&](const cv::Range& range) {
             for (int tile = range.start; tile < range.end; tile++) {
@@ -291,13 +300,13 @@ class TrialLevels {
     }
     /// The worst error to be feared of a method; gives up where it exceeds `enough`.
     double error(const TrialOption& option, double enough) {
-        double feared = 0, worst = 0;
+        double feared = 0, worst = 0, doubt = 0;
         for (int level = 0; level < int(levels_.size()); level++) {
             // More rays can only tell of larger errors.
             const double least = levels_.back().margin;
-            double doubt = at(level).doubt();
+            doubt = std::max(doubt, at(level).doubt());
             worst = std::max(worst, at(level).error(option.method, option.steps, (enough - doubt) / least));
-            doubt = at(level).doubt();  // of more rays, maybe
+            doubt = std::max(doubt, at(level).doubt());  // of more rays, maybe
             feared = least * worst + doubt;
             if (feared > enough) break;
             feared = levels_[level].margin * worst + doubt;

@@ -112,31 +112,32 @@ class RayTrial {
   public:
     RayTrial(const Params& p, const brume::PlanInput& in, std::vector<brume::Probe> rays)
         : rays_(brume::Trial::filled(std::move(rays))),
-          trial_(in, rays_, fogOn(p, in, rays_), exactly, 64, 4096) {
-        if (p.early_stop) stopping_ = stoppingError(p, in);
-    }
+          trial_(in, rays_, fogOn(p, in, rays_), exactly, 64, 4096) {}
     double error(int method, int steps, double enough) { return trial_.error(method, steps, enough); }
-    // Stopping early leaves out what is bounded, and as much at any number of steps.
-    double doubt() const { return trial_.doubt() + stopping_; }
+    double doubt() const { return trial_.doubt(); }
 
   private:
     std::vector<brume::Probe> rays_;
     brume::Trial trial_;
-    double stopping_ = 0;
-
-    double stoppingError(const Params& p, const brume::PlanInput& in) const {
-        Params unstopped = p;
-        unstopped.early_stop = false;
-        const auto stopped = fogOn(p, in, rays_), whole = fogOn(unstopped, in, rays_);
-        std::vector<double> errors(trial_.tiles() + 1, 0.);
-        trial_.each([&](int tile) {
-            brume::TrialOutcome a, b;
-            stopped(tile, Midpoint, 64, a), whole(tile, Midpoint, 64, b);
-            errors[tile] = trial_.differenceOf(a, b, tile);
-        });
-        return *std::max_element(errors.begin(), errors.end());
-    }
 };
+
+// What stopping early leaves out, as it shows: as much at any number of steps; on other rays a little more.
+inline double stoppingError(const Params& p, const brume::PlanInput& in,
+                            const std::vector<brume::Probe>& rays) {
+    if (!p.early_stop) return 0;
+    Params unstopped = p;
+    unstopped.early_stop = false;
+    const auto stopped = fogOn(p, in, rays), whole = fogOn(unstopped, in, rays);
+    double most = 0;
+    for (size_t first = 0; first < rays.size(); first += brume::trialWidth) {
+        brume::TrialOutcome a, b;
+        const int tile = int(first / brume::trialWidth);
+        stopped(tile, Midpoint, 64, a), whole(tile, Midpoint, 64, b);
+        for (int x = 0; x < brume::trialWidth; x++)
+            most = brume::differenceAt(in, rays[first + size_t(x)], a, b, x, most);
+    }
+    return 1.25 * most;
+}
 
 inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
     brume::Plan plan;
@@ -160,27 +161,35 @@ inline brume::Plan plan(const Params& p, const brume::PlanInput& in) {
         return plan;
     }
     const auto few = Rays(p, in).all();
+    // Some 57600 pixels, or all.
+    const int apart = std::max(1, int(std::lround(std::sqrt(in.scene.size.area() / 57600.))));
     using Screen = brume::Screen<RayTrial>;
     auto trialOf = [&](std::vector<brume::Probe> rays) {
         return std::make_unique<RayTrial>(p, in, std::move(rays));
     };
-    brume::TrialLevels<Screen> trials({{0, 20}, {4, 1.25}}, [&](int apart) {
+    brume::TrialLevels<Screen> trials({{0, 20}, {apart, 1.25}}, [&](int each) {
         return std::make_unique<Screen>(
-            in, apart, exactly, apart ? std::vector<brume::Probe>() : few, trialOf,
+            in, each, exactly, each ? std::vector<brume::Probe>() : few, trialOf,
             [&](const std::vector<brume::Probe>& rays) { return fogOn(p, in, rays); });
     });
     auto errorOf = [&](const brume::TrialOption& option, double enough) {
         return trials.error(option, enough);
     };
     const auto options = optionsOf(p, in, RayMarch(p, in, few).lampShare());
-    const brume::TrialChoice best = brume::cheapest(options, in.tolerance, in.chooses("steps"), errorOf);
+    // No number of steps mends it: they have what it leaves, or half.
+    const double stopping = stoppingError(p, in, few),
+                 allowed = std::max(in.tolerance - stopping, in.tolerance / 2);
+    const brume::TrialChoice best = brume::cheapest(options, allowed, in.chooses("steps"), errorOf);
     plan.chosen["method"] = best.option.method;
     plan.chosen["steps"] = best.option.steps;
-    plan.predictedError = best.error;
+    plan.predictedError = best.error + stopping;
     plan.predictedCost = best.option.cost;
-    plan.why = brume::text(nameOf(best.option.method), " in ", best.option.steps,
-                           best.isUnseen ? " steps is the cheapest that does not show on the rays tried"
-                                         : " steps is the most exact, and may show");
+    plan.why =
+        brume::text(nameOf(best.option.method), " in ", best.option.steps,
+                    !best.isUnseen ? " steps is the most exact, and may show"
+                    : plan.predictedError > in.tolerance
+                        ? " steps is the cheapest that does not show, but what stopping early leaves out may"
+                        : " steps is the cheapest that does not show on the rays tried");
     return plan;
 }
 

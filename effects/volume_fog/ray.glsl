@@ -1,7 +1,6 @@
 // Steps 1 to 5 of volume_fog.fs: the ray, where it meets volumes and lamps, where it may stop, its steps.
 
 const float unreachable = 3.0e38;
-const int mostDoublings = 6;  // of the steps between knots of the noise
 
 struct Ray {
     vec3 d;       // unit, world
@@ -72,7 +71,7 @@ void placeFog(inout Ray ray, int strides) {
     // 6. Knots of the noise are noise_every steps apart, and on rays below a quarter, an eighth, ... of max_distance
     // twice, four times, ... as many: still fewer metres. A little below, since rays may be of round shares.
     precise float share = 0.485 * max_distance / float(strides) / max(ray.stride, 1e-30);
-    ray.every = noise_every << clamp((floatBitsToInt(share) >> 23) - 127, 0, mostDoublings);
+    ray.every = noise_every << clamp((floatBitsToInt(share) >> 23) - 127, 0, 6);
 }
 
 // 3. how the ray passes lamp k: m to the closest approach, distance² there, and the part within its range

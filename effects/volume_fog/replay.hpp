@@ -72,7 +72,7 @@ class Replay {
         // log2 linear between powers of two, raised by its largest lack
         int exponent;
         const double mantissa = std::frexp(brightest, &exponent);
-        return std::max(0., ((exponent - 1) + (2 * mantissa - 1) + .0861 + std::log2(6589.)) * std::log(2.));
+        return std::max(0., ((exponent - 1) + (2 * mantissa - 1) + .0861 + std::log2(26356.)) * std::log(2.));
     }
 
     double placeIn(int step) const {

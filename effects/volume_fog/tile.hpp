@@ -316,13 +316,14 @@ BRUME_VECTORISE inline void crossShadowMap(March& m) {
     }
 }
 
-// 4. Optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/6589, half an 8-bit sRGB step near
-// black. log2 by the bits, exact at powers of two and at most .0861 too small between, hence the addition.
+// 4. Optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/26356, an eighth of an 8-bit sRGB
+// step near black. log2 by the bits, exact at powers of two and at most .0861 too small between, hence the
+// addition.
 BRUME_INLINE float stoppingDepth(float brightest) {
     int32_t bits;
     std::memcpy(&bits, &brightest, 4);
     const float log2 = float(bits) * 1.1920929e-7f - 126.9139f;
-    return most((log2 + 12.68585f) * 0.69314718f, 0.0f);
+    return most((log2 + 14.68585f) * 0.69314718f, 0.0f);
 }
 
 BRUME_VECTORISE inline void startMarch(March& m) {

@@ -13,10 +13,18 @@ namespace volume_fog {
 
 static_assert(brume::trialWidth == tileWidth);
 
-// The rays that tell most: the frame's probes, and more beside lamps and through boxes.
+// The rays that tell most: the frame's probes, one of every tile, and more beside lamps and through boxes.
 class Rays {
   public:
     Rays(const Params& p, const brume::PlanInput& in) : in_(in), rays_(brume::fewProbes(in)) {
+        // A window in a wall may be all that shows the fog.
+        const auto& camera = in.scene.camera;
+        const auto& m = camera.worldFromCamera;
+        const cv::Vec3d ahead(-m(0, 2), -m(1, 2), -m(2, 2));
+        constexpr int tile = brume::ImageBounds::tile;
+        for (int y = tile / 2; y < in.scene.size.height; y += tile)
+            for (int x = tile / 2; x < in.scene.size.width; x += tile)
+                brume::addRay(in_, ahead, x - camera.cx, y - camera.cy, rays_);
         // There steps count most.
         for (const PointLight& lamp : p.point_lights)
             for (double beside : {.5, 2., 6., 18., 54.})

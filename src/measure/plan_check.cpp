@@ -204,6 +204,33 @@ std::vector<std::map<std::string, double>> sweepOf(const Step& step) {
     return {found.begin(), found.end()};
 }
 
+// Of each method of the sweep, the finest: its knob's last value.
+std::vector<std::map<std::string, double>> finestOf(const Step& step) {
+    std::vector<std::map<std::string, double>> finest;
+    const Chart* chart = step.effect->header.chart.get();
+    if (!chart) return {};
+    auto isFree = [&](const std::string& name) { return step.values.at(name).automatic; };
+    for (const Chart::Method& method : chart->methods) {
+        std::map<std::string, double> values;
+        for (const auto& [name, value] : method.set)
+            if (isFree(name) && !value.automatic) values[name] = value.numbers.at(0);
+        if (!method.knob.empty() && isFree(method.knob) && !method.values.empty())
+            values[method.knob] = method.values.back().numbers.at(0);
+        if (!values.empty()) finest.push_back(values);
+    }
+    return finest;
+}
+
+// The chain with other values in its last step; the steps before are as planned.
+Chain changed(const Planned& p, const std::map<std::string, double>& values) {
+    Chain chain = p.truth;
+    for (const auto& [parameter, value] : values)
+        chain.steps.back().values.at(parameter) = ParameterValue{{value}};
+    for (size_t k = 0; k + 1 < chain.steps.size(); k++)
+        if (p.decisions[k].plan.skip) chain.steps[k].enabled = false;
+    return chain;
+}
+
 double millisecondsOf(const std::function<void()>& work) {
     const auto start = std::chrono::steady_clock::now();
     work();
@@ -232,7 +259,11 @@ FramePair resizedFrame(const FramePair& frame, cv::Size size) {
 PlanCheck checkPlan(Runner& cpu, const PlanSet& set, const FramePair& frame, size_t pixels) {
     const Planned p = planned(set, frame);
     PlanCheck check = resultOf(set, frame, p);
-    setError(check, Judge(p, frame, pixels)(cpu.run(p.run, frame, {}).images.at("color")));
+    Judge judge(p, frame, pixels);
+    const cv::Mat chosen = cpu.run(p.run, frame, {}).images.at("color").clone();
+    for (const auto& values : finestOf(p.stated.steps.back()))
+        judge.lookWhereApart(cpu.run(changed(p, values), frame, {}).images.at("color"), chosen);
+    setError(check, judge(chosen));
     return check;
 }
 
@@ -268,17 +299,13 @@ PlanCheck timePlan(Runner& cpu, const PlanSet& set, const FramePair& frame, size
     const double chosenSmallMs = smallMs(p.run);
     std::vector<Other> others;
     for (const auto& values : sweep) {
-        Other other{p.truth, "", 0};
+        Other other{changed(p, values), "", 0};
         bool isChosen = true;
         for (const auto& [parameter, value] : values) {
             isChosen &= p.run.steps.back().values.at(parameter).numbers.at(0) == value;
-            other.chain.steps.back().values.at(parameter) = ParameterValue{{value}};
             other.name += (other.name.empty() ? "" : ", ") + labelOf(step, parameter, value);
         }
         if (isChosen) continue;
-        // Steps before are as planned; only the last one's method changes.
-        for (size_t k = 0; k + 1 < other.chain.steps.size(); k++)
-            if (p.decisions[k].plan.skip) other.chain.steps[k].enabled = false;
         const double atLeast = millisecondsOf([&] { cpu.run(other.chain, small, {}); });
         if (atLeast > 2 * chosenSmallMs) continue;
         other.smallMs = smallMs(other.chain);

@@ -166,6 +166,62 @@ TEST(PlanBounds, RaysOfKilometresInDenseFogAreHeldOrForetold) {
     EXPECT_GT(foretold, 0) << "the cases say nothing";
 }
 
+// Where a frame shows its fog in few pixels, or in a pattern of them, the plan must not look past them.
+TEST(PlanBounds, FogBehindAWindowOrAFenceIsHeld) {
+    const std::string patchy =
+        R"({"effect": "volume_fog", "steps": "auto", "method": "auto", "density": 0, "noise": "subtractive",
+            "noise_strength": 1, "noise_size": 3, "boxes": [{"center": [0, 10, -60], "size": [60, 30, 60], "density": 0.05}]})";
+    const Chain chain = chainOf(patchy);
+    const auto cpu = makeCpuRunner();
+    for (const bool isFence : {false, true}) {
+        FramePair frame = ground({160, 90}, 80, .1);
+        std::vector<cv::Point> open;
+        for (int j = 0; j < 90; j++)
+            for (int i = 0; i < 160; i++) {
+                const bool isOpen =
+                    isFence ? i % 8 == 0 && j < 45 : (i == 83 || i == 84) && (j == 41 || j == 42);
+                if (isOpen)
+                    open.emplace_back(i, j);
+                else
+                    frame.depth.at<float>(j, i) = std::min(frame.depth.at<float>(j, i), 3.f);
+            }
+        // the frame's farthest and brightest are elsewhere
+        for (const int i : {10, 150}) frame.depth.at<float>(10, i) = 79.5, open.emplace_back(i, 10);
+        frame.color.at<cv::Vec4f>(10, 10) = {1, 1, 1, 1}, frame.color.at<cv::Vec4f>(10, 150) = {0, 0, 0, 1};
+        std::vector<StepPlan> decisions;
+        const Chain planned = planChain(chain, frame, Backend::Cpu, {}, &decisions);
+        const cv::Mat image = cpu->run(planned, frame, {}).images.at("color");
+        const auto truth = referenceOfChain(planned, frame, open);
+        const double measured = errorStatistics(encodedErrors(image, open, truth), open).worst / 255;
+        EXPECT_LE(measured, tolerance) << isFence << " " << decisions.at(0).plan.why;
+        EXPECT_LE(measured, decisions.at(0).plan.predictedError) << isFence;
+        EXPECT_GT(measured, .05 * tolerance) << "the case says nothing";
+    }
+}
+
+// What the march leaves out by stopping early no number of steps mends; a later step may multiply it.
+TEST(PlanBounds, WhatStoppingEarlyLeavesOutIsForetold) {
+    const FramePair frame = ground({160, 90}, 300, .2);
+    const auto cpu = makeCpuRunner();
+    const auto pixels = sampleGrid(frame.size(), 200).pixels;
+    for (const double strength : {4., 16.}) {
+        const Chain chain = chainOf(text(
+            R"({"effect": "volume_fog", "steps": "auto", "density": 0.08, "sun_intensity": 0, "max_distance": 300,
+                "ambient": [0.003, 0.003, 0.003]}, {"effect": "blend", "second": "color", "mode": "add", "strength": )",
+            strength, "}"));
+        std::vector<StepPlan> decisions;
+        const Chain planned = planChain(chain, frame, Backend::Cpu, {}, &decisions);
+        const cv::Mat image = cpu->run(planned, frame, {}).images.at("color");
+        const auto truth = referenceOfChain(planned, frame, pixels);
+        const double measured = errorStatistics(encodedErrors(image, pixels, truth), pixels).worst / 255;
+        double predicted = 0;
+        for (const StepPlan& decision : decisions) predicted += decision.plan.predictedError;
+        EXPECT_LE(measured, predicted) << strength;
+        EXPECT_GT(measured, .2 * tolerance) << "the case says nothing";
+        EXPECT_LT(decisions.at(0).plan.chosen.at("steps"), 16) << "for nothing: one is exact in even fog";
+    }
+}
+
 // Kernels' errors are bounds that an image made for it reaches: bright where the chosen kernel has too much,
 // dark where it has too little. Plans count on half of the bound (`likelihood`), so that image may show twice
 // the tolerance. Also where what is dark is what a detection has left of a bright surrounding.
