@@ -12,7 +12,7 @@ const cv::Size size(96, 64);
 // Method 0 adds a spot of light that is not there.
 struct Spot {
     cv::Point middle;
-    double radius = 5;
+    double radius = 8;
 
     double at(cv::Point pixel) const { return 1e-3 * std::max(0., 1 - cv::norm(pixel - middle) / radius); }
     Trial::Fog on(const std::vector<Probe>& rays) const {
@@ -39,8 +39,8 @@ class Rays {
     Trial trial_;
 };
 
-// Wherever it is, its brightest pixel is found, though one in 4 × 4 is looked at and no ray that was asked
-// first is near; the truth is asked of few pixels.
+// Wherever it is, the brightest pixel of a spot two cells in radius is found, though one pixel of each 4 × 4
+// is looked at, anywhere in it, and no ray that was asked first is near; the truth is asked of few pixels.
 TEST(Trial, AScreenAsksTheTruthWhereAMethodLooksWrong) {
     PlanInput in;
     in.scene.size = size;
