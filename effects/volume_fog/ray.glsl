@@ -1,6 +1,7 @@
 // Steps 1 to 5 of volume_fog.fs: the ray, where it meets volumes and lamps, where it may stop, its steps.
 
 const float unreachable = 3.0e38;
+const int mostDoublings = 6;  // of the steps between knots of the noise
 
 struct Ray {
     vec3 d;       // unit, world
@@ -71,7 +72,7 @@ void placeFog(inout Ray ray, int strides) {
     // 6. Knots of the noise are noise_every steps apart, and on rays below a quarter, an eighth, ... of max_distance
     // twice, four times, ... as many: still fewer metres. A little below, since rays may be of round shares.
     precise float share = 0.485 * max_distance / float(strides) / max(ray.stride, 1e-30);
-    ray.every = noise_every << clamp((floatBitsToInt(share) >> 23) - 127, 0, 6);
+    ray.every = noise_every << clamp((floatBitsToInt(share) >> 23) - 127, 0, mostDoublings);
 }
 
 // 3. how the ray passes lamp k: m to the closest approach, distance² there, and the part within its range
@@ -89,7 +90,7 @@ vec3 sunTowards(Ray ray) {
     return scatteredShare(versineBetween(ray.d, towards_sun * side)) * (sun_color.rgb * sun_intensity);
 }
 
-// 4. optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/6589, half an 8-bit sRGB step near black.
+// 4. optical depth at which what is left cannot show: e^-τ·max(C, A) ≤ 1/26356, an eighth of an 8-bit sRGB step near black.
 // log2 by the bits, exact at powers of two and at most .0861 too small between, hence the addition.
 float stoppingDepth(Ray ray, vec3 color, vec3 sunlight) {
     if (!early_stop) return unreachable;
@@ -105,7 +106,7 @@ float stoppingDepth(Ray ray, vec3 color, vec3 sunlight) {
     ivec3 scene = floatBitsToInt(color) & 0x7fffffff;  // by bits, so that NaN and inf count as large
     bits = max(max(bits, scene.r), max(scene.g, scene.b));
     precise float log2_ = float(bits) * 1.1920929e-7 - 126.9139;
-    return max((log2_ + 12.68585) * 0.69314718, 0.0);
+    return max((log2_ + 14.68585) * 0.69314718, 0.0);
 }
 
 // 5. the bounds of step i, and where in it things are sampled
