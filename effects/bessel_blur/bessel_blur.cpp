@@ -189,7 +189,7 @@ double kernelError(const BesselBlur& p, double radius) {
 // cheaper there against what computes.
 double costOf(int method, int factor, int reach, bool isSmall) {
     if (method == fir) return isSmall ? .9 + .12 * reach : 1.2 + .105 * reach;
-    const double recursion = reach > 0 ? (isSmall ? 2.9 : 1.55) + 1e-5 * reach * reach : 3.4;
+    const double recursion = reach > 0 ? (isSmall ? 2.0 : 1.55) + 1e-5 * reach * reach : 3.4;
     if (factor == 1) return recursion;
     return (isSmall ? 1.3 + .5 / factor : .98 + 1. / factor) + recursion / (factor * factor);
 }
