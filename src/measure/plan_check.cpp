@@ -184,8 +184,9 @@ void setError(PlanCheck& check, const ErrorStatistics& error) {
     check.worst = error.place;
 }
 
-// What CHART sweeps, of those parameters that this set leaves to the plan.
-std::vector<std::map<std::string, double>> sweepOf(const Step& step) {
+// What CHART sweeps, of those parameters that this set leaves to the plan; `finest`: of each method its
+// knob's last value alone.
+std::vector<std::map<std::string, double>> sweepOf(const Step& step, bool finest) {
     std::set<std::map<std::string, double>> found;
     const Chart* chart = step.effect->header.chart.get();
     if (!chart) return {};
@@ -197,28 +198,12 @@ std::vector<std::map<std::string, double>> sweepOf(const Step& step) {
         const bool hasKnob = !method.knob.empty() && isFree(method.knob);
         if (!hasKnob && !values.empty()) found.insert(values);
         for (size_t k = 0; hasKnob && k < method.values.size(); k++) {
+            if (finest && k + 1 < method.values.size()) continue;
             values[method.knob] = method.values[k].numbers.at(0);
             found.insert(values);
         }
     }
     return {found.begin(), found.end()};
-}
-
-// Of each method of the sweep, the finest: its knob's last value.
-std::vector<std::map<std::string, double>> finestOf(const Step& step) {
-    std::vector<std::map<std::string, double>> finest;
-    const Chart* chart = step.effect->header.chart.get();
-    if (!chart) return {};
-    auto isFree = [&](const std::string& name) { return step.values.at(name).automatic; };
-    for (const Chart::Method& method : chart->methods) {
-        std::map<std::string, double> values;
-        for (const auto& [name, value] : method.set)
-            if (isFree(name) && !value.automatic) values[name] = value.numbers.at(0);
-        if (!method.knob.empty() && isFree(method.knob) && !method.values.empty())
-            values[method.knob] = method.values.back().numbers.at(0);
-        if (!values.empty()) finest.push_back(values);
-    }
-    return finest;
 }
 
 // The chain with other values in its last step; the steps before are as planned.
@@ -261,7 +246,7 @@ PlanCheck checkPlan(Runner& cpu, const PlanSet& set, const FramePair& frame, siz
     PlanCheck check = resultOf(set, frame, p);
     Judge judge(p, frame, pixels);
     const cv::Mat chosen = cpu.run(p.run, frame, {}).images.at("color").clone();
-    for (const auto& values : finestOf(p.stated.steps.back()))
+    for (const auto& values : sweepOf(p.stated.steps.back(), true))
         judge.lookWhereApart(cpu.run(changed(p, values), frame, {}).images.at("color"), chosen);
     setError(check, judge(chosen));
     return check;
@@ -281,7 +266,7 @@ PlanCheck timePlan(Runner& cpu, const PlanSet& set, const FramePair& frame, size
     const cv::Mat chosen = run(p.run, 0).images.at("color").clone();
     setError(check, judge(chosen));
     const Step& step = p.stated.steps.back();
-    const auto sweep = sweepOf(step);
+    const auto sweep = sweepOf(step, false);
     if (check.isSkipped || sweep.empty()) return check;
 
     // The others, fastest first; a sixteenth of the pixels tells how fast.
