@@ -8,6 +8,7 @@
 #include <cstring>
 #include <opencv2/core/mat.hpp>
 
+#include "common/four.hpp"
 #include "effect/kit/math.hpp"
 
 #if defined(__SSE2__)
@@ -108,13 +109,10 @@ enum class LineStream { none, halves, whole };
 inline LineStream lineStreamTo(const cv::Mat& out) {
 #ifdef BRUME_STREAMS_LINES
     static const bool hasHalves = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-                                  __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma"),
-                      hasWhole = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                                 __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                                 __builtin_cpu_supports("avx512vl");
-    const LineStream widest = hasWhole    ? LineStream::whole
-                              : hasHalves ? LineStream::halves
-                                          : LineStream::none;
+                                  __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
+    const LineStream widest = blur::hasWhole ? LineStream::whole
+                              : hasHalves    ? LineStream::halves
+                                             : LineStream::none;
     if (reinterpret_cast<uintptr_t>(out.data) % 64 == 0 && out.step[0] % 64 == 0) return widest;
 #endif
     return (void)out, LineStream::none;

@@ -85,10 +85,12 @@ inline Plan plan(const NoiseFog& asked, const PlanInput& in) {
     // Some 14400 pixels: of 137 numbers of steps that were accepted, on 195 frames of 640×360 and 1280×720,
     // one was over the tolerance on some pixel, 1.15 times.
     const int apart = std::max(1, int(std::lround(std::sqrt(in.scene.size.area() / 14400.))));
-    std::vector<TrialLevel> levels = {{apart, 1.25}};
+    std::vector<TrialLevel> levels;
+    if (isMarch || apart > 1) levels.push_back({apart, 1.25});
     // Smoothed noise at the surface may cost many times the volume: that this is unseen is worth a closer
     // look, in the end at every pixel.
-    if (!isMarch) levels.insert(levels.end(), {{std::max(1, apart / 4), 1.1}, {1, 1}});
+    if (!isMarch && apart > 7) levels.push_back({apart / 4, 1.1});
+    if (!isMarch) levels.push_back({1, 1});
     auto trialOf = [&](std::vector<Probe> rays) {
         return std::make_unique<RayTrial>(p, in, std::move(rays), texels);
     };
