@@ -13,14 +13,11 @@ namespace brume::height_fog {
 
 inline double referenceDensity(const HeightFog& p, double y, int n) {
     if (p.profile == Profile::exponential) {
-        double sum = 0;
-        if (p.density > 0)
-            sum +=
-                p.tint[n] * std::exp(std::min(60., std::log(double(p.density)) - p.falloff * (y - p.height)));
-        if (p.density2 > 0)
-            sum += p.tint2[n] *
-                   std::exp(std::min(60., std::log(double(p.density2)) - p.falloff2 * (y - p.height2)));
-        return sum;
+        const auto layer = [y](double density, double falloff, double height) {
+            return density > 0 ? std::min(std::exp(60.), density * std::exp(-falloff * (y - height))) : 0;
+        };
+        return p.tint[n] * layer(p.density, p.falloff, p.height) +
+               p.tint2[n] * layer(p.density2, p.falloff2, p.height2);
     }
     // The points round y, whatever their order; the nearest one beyond the ends.
     double below = -HUGE_VAL, above = HUGE_VAL, densityBelow = 0, densityAbove = 0;
