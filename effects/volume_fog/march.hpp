@@ -15,7 +15,7 @@ BRUME_VECTORISE inline void placeStep(March& m, int i, float u) {
         const uint32_t key = m.c.view.seed ^ (uint32_t(m.c.view.frameIndex) * 0x9e3779b9u);
         for (int x = 0; x < tileWidth; x++) {
             const uint32_t hash =
-                brume::latticeHash(uint32_t(tile.column + x), uint32_t(tile.row), uint32_t(i), key);
+                brume::latticeHash(uint32_t(tile.columnOf(x)), uint32_t(tile.rowOf(x)), uint32_t(i), key);
             tile.u[x] = float(int32_t(hash >> 8)) * 5.9604645e-8f;
         }
     } else if (i == 0 || tile.u[0] != u) {
@@ -184,8 +184,8 @@ BRUME_INLINE float angleOf(float sine, float cosine) {
 // angle's middle. A whole step's midpoint needs no parts: the same without what is then 1.
 enum class LampStep { Part, Whole, Equiangular };
 
-template <LampStep kind, bool isotropic>
-BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float asymmetry) {
+template <LampStep kind, bool isotropic, bool isWeighed>
+BRUME_INLINE void addLampLoop(Tile& tile, LampTile& lamp, int phase, float asymmetry) {
     const float* l = lamp.rows;
     const float g = std::abs(asymmetry), side = asymmetry < 0 ? -1.0f : 1.0f;
     alignas(64) Lanes mean;
@@ -223,7 +223,9 @@ BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float
                 c < 0.0f ? lamp.apart2[x] / (distance * (distance - c)) : 1.0f + c / distance;
             mean[x] *= scatteredShare(phase, g, versine);
         }
+        if constexpr (isWeighed) lamp.weight[x] += tile.weight[x] * mean[x];
     }
+    if constexpr (isWeighed) return;
     for (int k = 0; k < 3; k++) {
         const float color = isotropic ? 0.25f * l[4 + k] : l[4 + k];
         if (color == 0.0f) continue;
@@ -235,32 +237,43 @@ BRUME_INLINE void addLampLoop(Tile& tile, const LampTile& lamp, int phase, float
     }
 }
 
-template <LampStep kind>
-BRUME_INLINE void addLampOf(March& m, const LampTile& lamp) {
+template <LampStep kind, bool isWeighed>
+BRUME_INLINE void addLampOf(March& m, LampTile& lamp) {
     if (m.p.phase == Isotropic)
-        addLampLoop<kind, true>(m.tile, lamp, Isotropic, 0);
+        addLampLoop<kind, true, isWeighed>(m.tile, lamp, Isotropic, 0);
     else
-        addLampLoop<kind, false>(m.tile, lamp, m.p.phase, m.asymmetry);
+        addLampLoop<kind, false, isWeighed>(m.tile, lamp, m.p.phase, m.asymmetry);
 }
 
-BRUME_VECTORISE inline void addLamp(March& m, const LampTile& lamp, bool isWhole) {
+template <bool isWeighed>
+BRUME_INLINE void addLampBy(March& m, LampTile& lamp, bool isWhole) {
     if (m.p.method == Equiangular)
-        addLampOf<LampStep::Equiangular>(m, lamp);
+        addLampOf<LampStep::Equiangular, isWeighed>(m, lamp);
     else if (isWhole)
-        addLampOf<LampStep::Whole>(m, lamp);
+        addLampOf<LampStep::Whole, isWeighed>(m, lamp);
     else
-        addLampOf<LampStep::Part>(m, lamp);
+        addLampOf<LampStep::Part, isWeighed>(m, lamp);
+}
+
+BRUME_VECTORISE inline void addLamp(March& m, LampTile& lamp, bool isWhole) {
+    addLampBy<false>(m, lamp, isWhole);
+}
+BRUME_VECTORISE inline void weighLamp(March& m, LampTile& lamp, bool isWhole) {
+    addLampBy<true>(m, lamp, isWhole);
 }
 
 // Lamps that no ray of the tile is near during step i (or one beside it, for rounding) add nothing.
-inline void addLamps(March& m, int i) {
+template <void (*add)(March&, LampTile&, bool)>
+inline void forLampsNear(March& m, int i) {
     const float begin = float(i), end = begin + 1.0f;
     for (int k = 0; k < m.lampCount; k++) {
-        const LampTile& lamp = m.lamps[k];
+        LampTile& lamp = m.lamps[k];
         if (end + 1.0f > lamp.firstStep && begin - 1.0f < lamp.lastStep)
-            addLamp(m, lamp, begin - 1.0f > lamp.firstWhole && end + 1.0f < lamp.lastWhole);
+            add(m, lamp, begin - 1.0f > lamp.firstWhole && end + 1.0f < lamp.lastWhole);
     }
 }
+inline void addLamps(March& m, int i) { forLampsNear<addLamp>(m, i); }
+inline void weighLamps(March& m, int i) { forLampsNear<weighLamp>(m, i); }
 
 // Falloffs that have not begun on any ray of the tile by the end of step i are factors of 1.
 inline void addVolumes(March& m, int i) {
@@ -283,20 +296,53 @@ BRUME_VECTORISE inline void tintStep(Tile& tile) {
     }
 }
 
-// 10. What the step scatters towards the eye: S·T·(1 - e^-Δτ), exact for constant S.
-template <bool areThin>
+// 10. What the step scatters towards the eye: S·T·(1 - e^-Δτ), exact for constant S. Light that differs from
+// step to step only by shadow, and lamps, needs no sums of colours: weights are summed.
+template <bool areThin, bool isInMap>
 BRUME_INLINE void addStepLoop(Tile& tile) {
-    const float *red = tile.source[0], *green = tile.source[1], *blue = tile.source[2];
     BRUME_APART
     for (int x = 0; x < tileWidth; x++) {
         const float depth = least(tile.stepDepth[x], tile.stop[x] - tile.depth[x]);
         const float opacity = areThin ? 0.0f - brume::expm1Small(-depth) : brume::extinctionOf(depth).opacity;
         const float weight = tile.through[x] * opacity;
-        tile.red[x] += weight * red[x];
-        tile.green[x] += weight * green[x];
-        tile.blue[x] += weight * blue[x];
+        tile.weight[x] = weight;
+        if constexpr (isInMap) {
+            const bool isShaded = tile.sunDepth[x] > tile.nearest[x];
+            tile.litWeight[x] += isShaded ? 0.0f : weight;
+            tile.dimWeight[x] += isShaded ? weight : 0.0f;
+        } else {
+            tile.litWeight[x] += weight;
+        }
         tile.through[x] -= weight;
         tile.depth[x] += depth;
+    }
+}
+
+BRUME_VECTORISE inline void addStepLight(Tile& tile) {
+    float* sums[3] = {tile.red, tile.green, tile.blue};
+    for (int k = 0; k < 3; k++) {
+        float* sum = sums[k];
+        const float* light = tile.source[k];
+        BRUME_APART
+        for (int x = 0; x < tileWidth; x++) sum[x] += tile.weight[x] * light[x];
+    }
+}
+
+BRUME_VECTORISE inline void addWeighedLight(March& m) {
+    Tile& tile = m.tile;
+    float* sums[3] = {tile.red, tile.green, tile.blue};
+    for (int k = 0; k < 3; k++) {
+        float* sum = sums[k];
+        BRUME_APART
+        for (int x = 0; x < tileWidth; x++)
+            sum[x] = tile.litWeight[x] * tile.lit[k][x] + tile.dimWeight[x] * tile.dim[k][x];
+        for (int lamp = 0; lamp < m.lampCount; lamp++) {
+            const float own = m.lamps[lamp].rows[4 + k], color = m.p.phase == Isotropic ? 0.25f * own : own;
+            const float* weight = m.lamps[lamp].weight;
+            if (color == 0.0f) continue;
+            BRUME_APART
+            for (int x = 0; x < tileWidth; x++) sum[x] += weight[x] * color;
+        }
     }
 }
 
@@ -311,11 +357,15 @@ inline bool areStepsThin(const March& m) {
     return (m.tile.strideLast + 2.4e-7f * end) * (1.0f + added) * density < 0.99f * thin;
 }
 
-BRUME_VECTORISE inline void addStep(Tile& tile, bool areThin) {
-    if (areThin)
-        addStepLoop<true>(tile);
+BRUME_VECTORISE inline void addStep(Tile& tile, bool areThin, bool isInMap) {
+    if (areThin && isInMap)
+        addStepLoop<true, true>(tile);
+    else if (areThin)
+        addStepLoop<true, false>(tile);
+    else if (isInMap)
+        addStepLoop<false, true>(tile);
     else
-        addStepLoop<false>(tile);
+        addStepLoop<false, false>(tile);
 }
 
 BRUME_VECTORISE inline bool isSaturated(const Tile& tile) {

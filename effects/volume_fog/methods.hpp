@@ -8,18 +8,24 @@ namespace volume_fog {
 // One sample a step: left, midpoint, jittered, equiangular, shared noise.
 inline void marchSteps(March& m) {
     const float u = m.p.method == Left ? 0.0f : 0.5f;
-    const bool areThin = areStepsThin(m), isLightEven = !m.hasShadow && !m.lampCount && !m.severalAlbedos;
+    const bool areThin = areStepsThin(m);
     for (int i = 0; i < m.p.steps; i++) {
         placeStep(m, i, u);
         const bool isInMap = shadeStep(m, i);
         if (m.p.noise != NoNoise) placeNoise(m, i);
         addVolumes(m, i);
-        if (i == 0 || !isLightEven) lightStep(m.tile, isInMap);
-        addLamps(m, i);
-        if (m.severalAlbedos) tintStep(m.tile);
-        addStep(m.tile, areThin);
+        addStep(m.tile, areThin, isInMap);
+        if (m.severalAlbedos) {
+            lightStep(m.tile, isInMap);
+            addLamps(m, i);
+            tintStep(m.tile);
+            addStepLight(m.tile);
+        } else {
+            weighLamps(m, i);
+        }
         if (i % 8 == 7 && isSaturated(m.tile)) break;
     }
+    if (!m.severalAlbedos) addWeighedLight(m);
 }
 
 // Gauss-Legendre, four nodes a panel: nodes, weights, and the integrals from 0 to node i of the cubic that is

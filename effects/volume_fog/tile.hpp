@@ -1,4 +1,4 @@
-// What a CPU march begins with. It works on a tile of one row's pixels at a time, structure of arrays, one
+// What a CPU march begins with. It works on a tile of neighbouring pixels at a time, structure of arrays, one
 // plain loop a numbered step, so that the compiler fills its vectors with neighbouring pixels. Same names and
 // steps as volume_fog.fs.
 #pragma once
@@ -19,7 +19,8 @@
 
 namespace volume_fog {
 
-constexpr int tileWidth = 64;  // px
+constexpr int tileWidth = 64;  // px: of one row, or of several below each other
+constexpr int squareBits = 3;  // of a square tile's pixel numbers: those that count along its rows
 constexpr int mostVolumes = 33, mostLamps = 32;
 using Lanes = float[tileWidth];
 
@@ -40,6 +41,7 @@ struct VolumeTile {
 struct LampTile {
     alignas(64) Lanes along, apart2;  // m to its closest approach, and its distance² there
     Lanes enter, leave;               // m, within range
+    Lanes weight;                     // of its colour in what is in-scattered so far
     const float* rows;
     float firstStep, lastStep;    // of the march, whose rays come within its range
     float firstWhole, lastWhole;  // within which all rays' steps wholly are
@@ -47,12 +49,14 @@ struct LampTile {
 
 // What a march carries for each pixel.
 struct Tile {
-    alignas(64) Lanes dx, dy, dz, far;  // unit ray, m to the surface
-    Lanes begin, stride;                // m: fogged part of the ray, and its share of a step
-    Lanes depth, through, stop;         // optical depth so far, transmittance so far, depth to stop at
-    Lanes red, green, blue;             // in-scattered so far
-    Lanes lit[3], dim[3];               // light of the sky and of the sun, the latter in shadow or not
-    Lanes shadowU, shadowV, shadowD;    // way through the shadow map per m: texels, texels, depth
+    alignas(64) Lanes dx, dy, dz, far;   // unit ray, m to the surface
+    float scene[4 * tileWidth];          // colour behind the fog
+    Lanes begin, stride;                 // m: fogged part of the ray, and its share of a step
+    Lanes depth, through, stop;          // optical depth so far, transmittance so far, depth to stop at
+    Lanes red, green, blue;              // in-scattered so far
+    Lanes weight, litWeight, dimWeight;  // of a step's light in that, and of steps in light and in shadow
+    Lanes lit[3], dim[3];                // light of the sky and of the sun, the latter in shadow or not
+    Lanes shadowU, shadowV, shadowD;     // way through the shadow map per m: texels, texels, depth
     // of the current step
     Lanes t0, t1, at, u, noise;  // m, m, m, 0..1, factor
     Lanes knots[4], cubic[4];    // noise round the step, when it is not looked up at every one
@@ -68,6 +72,9 @@ struct Tile {
     bool areKnotsEven = false;        // all rays' are at the same steps, and sampled as far between them
     int knotEvery = 1, stretch = 0, pastKnot = 0;  // steps between knots; how many such are past, and steps
     int column = 0, row = 0;
+    int rowBits = 6;  // of a pixel's number: those that count it along its row
+    int columnOf(int x) const { return column + (x & ((1 << rowBits) - 1)); }
+    int rowOf(int x) const { return row + (x >> rowBits); }
     float beginLast = 0, strideLast = 0;
     float firstInMap, lastInMap;        // steps of the march where a ray may be in shadow ...
     float firstWhollyIn, lastWhollyIn;  // ... and where all rays are within the shadow map
@@ -145,18 +152,37 @@ BRUME_INLINE float scatteredShare(int phase, float g, float versine) {
     return 0.25f;
 }
 
+// A row of a tile: mostly of the width that a square one's have, which needs no call.
+template <int channels>
+inline void copyPixels(float* to, const float* from, int count) {
+    constexpr int usual = 1 << squareBits;
+    if (count == usual)
+        std::memcpy(to, from, channels * usual * sizeof(float));
+    else
+        std::memcpy(to, from, size_t(channels * count) * sizeof(float));
+}
+
+// The tile's part of an image; beside the image its last column goes on.
+template <int channels>
+inline void takeTile(const March& m, const cv::Mat& image, float* to) {
+    const Tile& tile = m.tile;
+    const int width = 1 << tile.rowBits, count = std::min(width, m.c.view.width - tile.column);
+    for (int from = 0; from < tileWidth; from += width, to += channels * width) {
+        copyPixels<channels>(to, image.ptr<float>(tile.rowOf(from)) + channels * tile.column, count);
+        for (int x = channels * count; x < channels * width; x++) to[x] = to[x - channels];
+    }
+}
+
 // 1. The rays of a tile: unit direction, and how far they go.
 BRUME_VECTORISE inline void castRays(March& m) {
     Tile& tile = m.tile;
     const brume::View& view = m.c.view;
-    const float y = view.rayY(tile.row);
     const cv::Matx33f& r = view.worldFromView;
-    const float* depth = m.c.depth.ptr<float>(tile.row);
-    const int last = view.width - 1;
     Lanes z;
-    for (int x = 0; x < tileWidth; x++) z[x] = depth[std::min(tile.column + x, last)];
+    takeTile<1>(m, m.c.depth, z);
+    takeTile<4>(m, m.c.input, tile.scene);
     for (int x = 0; x < tileWidth; x++) {
-        const float rayX = view.rayX(tile.column + x);
+        const float rayX = view.rayX(tile.columnOf(x)), y = view.rayY(tile.rowOf(x));
         const float length = brume::View::rayLength(rayX, y);
         const float scale = 1.0f / length;
         const float a = rayX * scale, b = y * scale, c = -scale;
@@ -340,9 +366,11 @@ BRUME_VECTORISE inline void startMarch(March& m) {
             tile.dim[k][x] = m.ambient[k] + shaded * sun;
         }
         tile.depth[x] = tile.red[x] = tile.green[x] = tile.blue[x] = 0;
+        tile.litWeight[x] = tile.dimWeight[x] = 0;
         tile.through[x] = tile.noise[x] = 1;
         tile.stop[x] = 3e38f;
     }
+    for (int k = 0; k < m.lampCount; k++) std::fill_n(m.lamps[k].weight, tileWidth, 0.0f);
     if (m.hasShadow) crossShadowMap(m);
     if (!m.p.early_stop) return;
     Lanes red, green, blue;
@@ -365,10 +393,8 @@ BRUME_VECTORISE inline void startMarch(March& m) {
             blue[x] += inRange * l[6];
         }
     }
-    const float* input = m.c.input.ptr<float>(tile.row);
-    const int last = m.c.view.width - 1;
     for (int x = 0; x < tileWidth; x++) {
-        const float* color = input + 4 * std::min(tile.column + x, last);
+        const float* color = tile.scene + 4 * x;
         float brightest = most(most(red[x], green[x]), most(blue[x], 1e-30f));
         int32_t bits, candidate;
         std::memcpy(&bits, &brightest, 4);

@@ -125,6 +125,7 @@ class RayMarch {
 
     void prepare(March& m, int tile, int strides) const {
         m.tile.column = tile * tileWidth, m.tile.row = 0;
+        takeTile<4>(m, m.c.input, m.tile.scene);
         for (int x = 0; x < tileWidth; x++) {
             const brume::Probe& ray = rays_[size_t(tile) * tileWidth + x];
             m.tile.dx[x] = float(ray.direction[0]);

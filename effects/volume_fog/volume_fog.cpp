@@ -24,34 +24,35 @@ BRUME_VECTORISE void storeTile(March& m) {
         transmittance[x] = isP2 ? 1.0f - tile.depth[x] : left;
     }
     const cv::Vec3f albedo = commonAlbedo(m);
-    const float* input = m.c.input.ptr<float>(tile.row) + 4 * tile.column;
-    float* output = const_cast<float*>(m.c.output.ptr<float>(tile.row)) + 4 * tile.column;
-    const int count = std::min(tileWidth, m.c.view.width - tile.column);
-    for (int x = 0; x < count; x++) {
+    float* scene = tile.scene;
+    for (int x = 0; x < tileWidth; x++) {
         const float t = transmittance[x];
         const float share = isP2 ? tile.depth[x] : 1.0f;
         const float color[3] = {tile.red[x], tile.green[x], tile.blue[x]};
         for (int k = 0; k < 3; k++) {
-            const float scene = t > 0.0f ? input[4 * x + k] * t : 0.0f;
-            output[4 * x + k] = scene + color[k] * albedo[k] * share;
+            const float behind = t > 0.0f ? scene[4 * x + k] * t : 0.0f;
+            scene[4 * x + k] = behind + color[k] * albedo[k] * share;
         }
-        output[4 * x + 3] = input[4 * x + 3];
     }
+    const int width = 1 << tile.rowBits, count = std::min(width, m.c.view.width - tile.column);
+    auto at = [&](const cv::Mat& image, int x) {
+        return const_cast<float*>(image.ptr<float>(tile.rowOf(x))) + 4 * tile.column;
+    };
+    for (int from = 0; from < tileWidth; from += width)
+        copyPixels<4>(at(m.c.output, from), scene + 4 * from, count);
     if (m.c.transmittance.empty()) return;
-    float* running = const_cast<float*>(m.c.transmittance.ptr<float>(tile.row)) + 4 * tile.column;
-    for (int x = 0; x < count; x++)
-        for (int k = 0; k < 3; k++) running[4 * x + k] *= transmittance[x];
+    for (int from = 0; from < tileWidth; from += width) {
+        float* running = at(m.c.transmittance, from);
+        for (int x = 0; x < count; x++)
+            for (int k = 0; k < 3; k++) running[4 * x + k] *= transmittance[from + x];
+    }
 }
 
-// Columns of tiles one after the other: neighbours in a column look up the same part of the shadow map.
-void rows(const Params& p, const CpuContext& c, cv::Range range) {
-    const auto march = std::make_unique<March>(p, c);
-    March& m = *march;
-    const int strides = stridesOf(p);
-    for (int column = 0; column < c.view.width; column += tileWidth) {
-        for (int row = range.start; row < range.end; row++) {
-            m.tile.column = column;
-            m.tile.row = row;
+// Columns of tiles one after the other: neighbours in a column look up the same part of the map.
+void marchRows(March& m, int strides, cv::Range range, int rowBits) {
+    m.tile.rowBits = rowBits;
+    for (m.tile.column = 0; m.tile.column < m.c.view.width; m.tile.column += 1 << rowBits) {
+        for (m.tile.row = range.start; m.tile.row < range.end; m.tile.row += tileWidth >> rowBits) {
             castRays(m);
             clipVolumes(m, strides);
             passLamps(m);
@@ -59,6 +60,18 @@ void rows(const Params& p, const CpuContext& c, cv::Range range) {
             marchTile(m, strides);
             storeTile(m);
         }
+    }
+}
+
+// Tiles as wide as high: their rays have most in common, cells of the noise and texels of the shadow map.
+// Rows that are left are in wider ones.
+void rows(const Params& p, const CpuContext& c, cv::Range range) {
+    const auto march = std::make_unique<March>(p, c);
+    const int strides = stridesOf(p);
+    for (int rowBits = squareBits; range.start < range.end; rowBits++) {
+        const int high = tileWidth >> rowBits, end = range.end - range.size() % high;
+        marchRows(*march, strides, {range.start, end}, rowBits);
+        range.start = end;
     }
 }
 

@@ -242,6 +242,23 @@ TEST(VolumeFogMethods, InFp32IsItselfInFp64) {
         }
 }
 
+// With as many threads as rows every tile is of one row; with one they are of eight, and what is left of it.
+TEST(VolumeFogMethods, TilesOfAnyShapeMakeTheSamePicture) {
+    const int threads = cv::getNumThreads();
+    for (const auto& [name, method] : methods) {
+        const auto [pair, rest] = everything({85, 61}, 3);
+        Chain chain;
+        chain.steps = {stepOf(pair, name, 20, rest)};
+        cv::setNumThreads(1);
+        const cv::Mat high = makeCpuRunner()->run(chain, pair, {}).images["color"];
+        cv::setNumThreads(8);
+        const cv::Mat wide = makeCpuRunner()->run(chain, pair, {}).images["color"];
+        const auto comparison = compareImages(high, wide, 1e-6, 1e-6, {});
+        EXPECT_TRUE(comparison.passed) << name << ": " << comparison.describe();
+    }
+    cv::setNumThreads(threads);
+}
+
 TEST(VolumeFogMethods, ShadowMapsOfOneChannelAreTheReferencesToo) {
     auto [pair, rest] = everything({12, 8}, 0);
     const Step step = stepOf(pair, "midpoint", 8, rest);
