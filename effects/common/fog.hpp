@@ -87,7 +87,59 @@ BRUME_INLINE void storePlanes(const float (*plane)[fogTileSize], float* out, int
         for (int n = 0; n < 4; n++) out[4 * i + n] = plane[n][i];
 }
 
-// 3. Composite C·T + A·(1 - T) over RGBA pixels. `airlight` is used unless it varies from pixel to pixel.
+// Two pixels. Where one number goes for all channels of a pixel it is spread over them: GCC takes channels
+// apart at twice the cost.
+struct TwoPixels {
+    typedef blur::Two Vector;
+    typedef int Mask __attribute__((vector_size(32)));
+    static constexpr Mask isAlpha = {0, 0, 0, -1, 0, 0, 0, -1};
+    // Numbers i and j of four, each four times.
+    template <int i, int j>
+    static BRUME_INLINE Vector spread(const float* four) {
+        const blur::One a = *reinterpret_cast<const blur::One*>(four);
+        const Vector twice = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7);
+        return __builtin_shufflevector(twice, twice, i, i, i, i, 4 + j, 4 + j, 4 + j, 4 + j);
+    }
+};
+
+// 3. Composite C·T + A·(1 - T) over RGBA pixels of one airlight, transmittance being that of all channels.
+template <bool streams>
+BRUME_INLINE void compositeEven(const float* transmittance, const float* opacity, const cv::Vec3f& airlight,
+                                const float* in, float* out, int count) {
+    typedef TwoPixels::Vector Vector;
+    typedef TwoPixels::Mask Mask;
+    const float r = airlight[0], g = airlight[1], b = airlight[2];
+    const Vector light = {r, g, b, 0, r, g, b, 0}, none = {};
+    auto two = [&](int i, Vector T, Vector o) BRUME_INLINED {
+        const Vector color = *reinterpret_cast<const Vector*>(in + 4 * i);
+        // where T = 0 not even an infinite scene shows
+        const Vector left = (Vector)((Mask)color & (T > none));
+        const Vector foggy = TwoPixels::isAlpha ? color : left * T + light * o;
+        if constexpr (streams)
+            streamPixels(out + 4 * i, foggy);
+        else
+            *reinterpret_cast<Vector*>(out + 4 * i) = foggy;
+    };
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        const float *T = transmittance + i, *o = opacity + i;
+        two(i, TwoPixels::spread<0, 1>(T), TwoPixels::spread<0, 1>(o));
+        two(i + 2, TwoPixels::spread<2, 3>(T), TwoPixels::spread<2, 3>(o));
+    }
+    for (; i < count; i++) {
+        for (int n = 0; n < 3; n++)
+            out[4 * i + n] = attenuated(in[4 * i + n], transmittance[i]) + airlight[n] * opacity[i];
+        out[4 * i + 3] = in[4 * i + 3];
+    }
+}
+BRUME_INLINE void compositeEvenTile(const FogTile& t, const cv::Vec3f& airlight, const FogSpan& s) {
+    if (s.streams)
+        compositeEven<true>(t.transmittance[0], t.opacity[0], airlight, s.in, s.out, s.count);
+    else
+        compositeEven<false>(t.transmittance[0], t.opacity[0], airlight, s.in, s.out, s.count);
+}
+// The same where either differs by channel or by pixel. `airlight` is used unless it varies from pixel to
+// pixel.
 template <bool oneChannel, bool varyingAirlight>
 BRUME_INLINE void compositeTile(const FogTile& t, const cv::Vec3f& airlight, const FogSpan& s) {
     float plane[4][fogTileSize];
@@ -122,7 +174,9 @@ BRUME_INLINE void transmittanceTile(const FogTile& t, bool oneChannel, float* tr
 template <bool varyingAirlight>
 BRUME_INLINE void storeTile(const FogTile& t, bool oneChannel, const cv::Vec3f& airlight, const FogSpan& s) {
     s.fetch(3);
-    if (oneChannel)
+    if (oneChannel && !varyingAirlight)
+        compositeEvenTile(t, airlight, s);
+    else if (oneChannel)
         compositeTile<true, varyingAirlight>(t, airlight, s);
     else
         compositeTile<false, varyingAirlight>(t, airlight, s);

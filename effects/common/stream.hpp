@@ -104,6 +104,27 @@ BRUME_INLINE void streamHalf(float* to, StreamedHalf x) {
     asm volatile("vmovntps %1, %0" : "=m"(*reinterpret_cast<StreamedHalf*>(to)) : "x"(x));
 }
 #endif
+/// Two pixels or four straight from registers of any machine's, `to` aligned to 16 bytes: only where
+/// canStreamPlanes().
+#if defined(__SSE2__)
+BRUME_INLINE void streamPixels(float* to, blur::Two x) {
+    _mm_stream_ps(to, __builtin_shufflevector(x, x, 0, 1, 2, 3));
+    _mm_stream_ps(to + 4, __builtin_shufflevector(x, x, 4, 5, 6, 7));
+}
+BRUME_INLINE void streamPixels(float* to, blur::Four x) {
+    _mm_stream_ps(to, __builtin_shufflevector(x, x, 0, 1, 2, 3));
+    _mm_stream_ps(to + 4, __builtin_shufflevector(x, x, 4, 5, 6, 7));
+    _mm_stream_ps(to + 8, __builtin_shufflevector(x, x, 8, 9, 10, 11));
+    _mm_stream_ps(to + 12, __builtin_shufflevector(x, x, 12, 13, 14, 15));
+}
+BRUME_INLINE void streamPixels(float* to, const blur::Pair& x) {
+    streamPixels(to, x.low), streamPixels(to + 8, x.high);
+}
+#else
+template <class Pixels>
+BRUME_INLINE void streamPixels(float*, const Pixels&) {}
+#endif
+
 /// What of these this machine has, where the image's rows begin where a line does.
 enum class LineStream { none, halves, whole };
 inline LineStream lineStreamTo(const cv::Mat& out) {

@@ -204,6 +204,22 @@ BRUME_INLINE void encodedTile(const DepthFog& p, const Tile& t, bool oneChannel,
     if (s.transmittance) transmittanceTile(t, oneChannel, s.transmittance, s.count);
 }
 
+// Of an even fog, a few pixels at a time: they are on their way to memory while the next are computed, which
+// is as long as what is written past the caches takes.
+template <int model, bool streams>
+BRUME_INLINE void evenTile(const DepthFog& p, const Constants& k, const FogSpan& s, Tile& t) {
+    constexpr int few = 32;
+    const cv::Vec3f airlight = p.color;
+    auto some = [&](int i, auto count) BRUME_INLINED {
+        float *T = t.transmittance[0] + i, *opacity = t.opacity[0] + i;
+        fogChannel<model>(p, k, k.beta[0], s.depth + i, t.distance + i, count, T, opacity);
+        compositeEven<streams>(T, opacity, airlight, s.in + 4 * i, s.out + 4 * i, count);
+    };
+    int i = 0;
+    for (; i + few <= s.count; i += few) some(i, std::integral_constant<int, few>());
+    if (i < s.count) some(i, s.count - i);
+}
+
 template <int model>
 BRUME_INLINE void fogRows(const DepthFog& p, const Constants& k, const CpuContext& c, cv::Range range) {
     const bool one = model == linear || model == power || k.oneBeta;
@@ -212,6 +228,16 @@ BRUME_INLINE void fogRows(const DepthFog& p, const Constants& k, const CpuContex
         s.fetch(0);
         distanceTile(p, c.view, s, t);
         s.fetch(1);
+        if (one && p.sun == noSun && p.mixing == 0) {
+            s.fetch(2);
+            s.fetch(3);
+            if (s.streams)
+                evenTile<model, true>(p, k, s, t);
+            else
+                evenTile<model, false>(p, k, s, t);
+            if (s.transmittance) transmittanceTile(t, true, s.transmittance, s.count);
+            return;
+        }
         for (int n = 0; n < (one ? 1 : 3); n++)
             fogChannel<model>(p, k, k.beta[n], s.depth, t.distance, s.count, t.transmittance[n],
                               t.opacity[n]);

@@ -8,11 +8,10 @@
 
 namespace fog_blur {
 
-/// The blurred picture; `finish(y, x0, count, row)` sees each stretch of it before it is written, the fourth
-/// channel meaning nothing until then.
-template <class Finish>
+/// The blurred picture; see Tile::make for `end`.
+template <class End>
 void ladderBlur(const Source& source, const Ladder& ladder, const Cells& cells,
-                std::span<const cv::Mat> small, cv::Mat& out, bool streams, Finish finish) {
+                std::span<const cv::Mat> small, cv::Mat& out, bool streams, const End& end) {
     const int width = out.cols, height = out.rows, tiles = cells.columns,
               bands = std::clamp(height / 270, 1, 8);
     cv::parallel_for_(
@@ -26,11 +25,7 @@ void ladderBlur(const Source& source, const Ladder& ladder, const Cells& cells,
                 for (int cell = cells.rows * band / bands; cell < cells.rows * (band + 1) / bands; cell++) {
                     const int y = cell * madeRows;
                     tile.make(y, std::min(madeRows, height - y), height, cells.nodes[cells.at(column, cell)],
-                              cells.extremes[cells.at(column, cell)], [&](int k, float* row) {
-                                  finish(y + k, x0, count, row);
-                                  brume::putRow(out.ptr<float>(y + k) + 4 * x0, row, 4 * size_t(count),
-                                                streams);
-                              });
+                              cells.extremes[cells.at(column, cell)], end, out, streams);
                 }
             }
             if (streams) brume::streamEnd();

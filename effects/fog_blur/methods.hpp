@@ -13,31 +13,56 @@
 
 namespace fog_blur {
 
-// 1. Standard deviation of each pixel's blur.
-template <bool areFinite>
-BRUME_INLINE void shareRow(float start, const float* transmittance, float* share, int count) {
-    const float inverse = 1.0f - start;
+// 1. Standard deviation of each pixel's blur, from the sum of the channels.
+BRUME_INLINE float shareOf(float sum, float start, float inverse) {
+    const float opacity = 1.0f - sum * (1.0f / 3.0f);
+    return std::min(std::max((opacity - start) / inverse, 0.0f), 1.0f);
+}
+inline void shareRowBounded(float start, const float* transmittance, float* share, int count) {
     for (int i = 0; i < count; i++) {
         float t[3];
         for (int n = 0; n < 3; n++) {
-            float x = t[n] = transmittance[4 * i + n];
-            if constexpr (!areFinite)
-                t[n] = brume::isNan(x) ? 0.0f : brume::isInf(x) ? std::copysign(65504.0f, x) : x;
+            const float x = transmittance[4 * i + n];
+            t[n] = brume::isNan(x) ? 0.0f : brume::isInf(x) ? std::copysign(65504.0f, x) : x;
         }
-        float opacity = 1.0f - (t[0] + t[1] + t[2]) * (1.0f / 3.0f);
-        share[i] = std::min(std::max((opacity - start) / inverse, 0.0f), 1.0f);
+        share[i] = shareOf(t[0] + t[1] + t[2], start, 1.0f - start);
     }
 }
+// Of eight pixels. By hand: GCC takes channels apart at three times the cost.
+BRUME_INLINE blur::Two sumsOfEight(const float* in) {
+    typedef blur::Two Two;
+    const Two a = *(const Two*)in, b = *(const Two*)(in + 8), c = *(const Two*)(in + 16),
+              d = *(const Two*)(in + 24);
+    const Two ab = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13),
+              cd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13),
+              abBlue = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15),
+              cdBlue = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    const Two red = __builtin_shufflevector(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13),
+              green = __builtin_shufflevector(ab, cd, 2, 3, 10, 11, 6, 7, 14, 15),
+              blue = __builtin_shufflevector(abBlue, cdBlue, 0, 1, 8, 9, 4, 5, 12, 13),
+              sum = red + green + blue;
+    return __builtin_shufflevector(sum, sum, 0, 4, 1, 5, 2, 6, 3, 7);
+}
 BRUME_VECTORISE static void sigmaRow(const FogBlur& p, float largest, const float* transmittance,
-                                     bool areFinite, float* sigma, int count) {
-    const float falloff = p.falloff;
-    if (areFinite)
-        shareRow<true>(p.start, transmittance, sigma, count);
+                                     float* sigma, int count) {
+    const float falloff = p.falloff, start = p.start, inverse = 1.0f - start;
+    constexpr int ahead = 512;  // px
+    int i = 0, most = 0;
+    for (; i + 8 <= count; i += 8) {
+        __builtin_prefetch(transmittance + 4 * (i + ahead)),
+            __builtin_prefetch(transmittance + 4 * (i + ahead + 4));
+        *(blur::Two*)(sigma + i) = sumsOfEight(transmittance + 4 * i);
+    }
+    for (; i < count; i++)
+        sigma[i] = transmittance[4 * i] + transmittance[4 * i + 1] + transmittance[4 * i + 2];
+    for (int k = 0; k < count; k++) most = std::max(most, std::bit_cast<int>(sigma[k]) & 0x7fffffff);
+    if (most < 0x7f800000)
+        for (int k = 0; k < count; k++) sigma[k] = shareOf(sigma[k], start, inverse);
     else
-        shareRow<false>(p.start, transmittance, sigma, count);
+        shareRowBounded(start, transmittance, sigma, count);
     if (falloff != 1.0f)
-        for (int i = 0; i < count; i++) sigma[i] = sigma[i] > 0.0f ? brume::powFast(sigma[i], falloff) : 0.0f;
-    for (int i = 0; i < count; i++) sigma[i] *= largest;
+        for (int k = 0; k < count; k++) sigma[k] = sigma[k] > 0.0f ? brume::powFast(sigma[k], falloff) : 0.0f;
+    for (int k = 0; k < count; k++) sigma[k] *= largest;
 }
 
 inline Ladder ladderOf(const FogBlur& p, const brume::CpuContext& c) {
@@ -141,13 +166,14 @@ struct Work {
           sigmas(c.input.total()),
           source{p.order == single ? clear : c.input, cv::Mat(c.input.size(), CV_32F, sigmas.data())} {}
     void sigmaOf(int y, int x, int count, float* sigma) const {
-        const float* through = transmittance.ptr<float>(y) + 4 * x;
-        sigmaRow(p, c.derived("largestSigma")[0], through, blur::allFinite(through, 4 * count), sigma, count);
+        sigmaRow(p, c.derived("largestSigma")[0], transmittance.ptr<float>(y) + 4 * x, sigma, count);
     }
     void sigmaEverywhere() {
         for (int y = 0; y < source.sigma.rows; y++)
             sigmaOf(y, 0, source.sigma.cols, source.sigma.ptr<float>(y));
     }
+    bool changesColor() const { return p.order == single; }
+    const float* alphas(int y, int x) const { return c.input.ptr<float>(y) + 4 * x; }
     void finish(int y, int x, int count, float* row) const {
         finishRow(p.order == single, c.input.ptr<float>(y) + 4 * x, clear.ptr<float>(y) + 4 * x,
                   transmittance.ptr<float>(y) + 4 * x, row, count);
@@ -157,7 +183,6 @@ struct Work {
 inline void run(const FogBlur& p, const brume::CpuContext& c) {
     cv::Mat out = c.output;
     Work work(p, c);
-    auto finish = [&](int y, int x, int count, float* row) { work.finish(y, x, count, row); };
     if (p.method != gatherMethod) {
         const Ladder ladder = ladderOf(p, c);
         const auto cells = findCells(work.source, ladder, [&](int y, int x, int count, float* sigma) {
@@ -165,7 +190,7 @@ inline void run(const FogBlur& p, const brume::CpuContext& c) {
         });
         Room room;
         const auto small = smallLevels(work.source, ladder.levels, cells, ladder.keepEdges, room);
-        return ladderBlur(work.source, ladder, cells, small, out, c.outputIsStreamed, finish);
+        return ladderBlur(work.source, ladder, cells, small, out, c.outputIsStreamed, work);
     }
     work.sigmaEverywhere();
     cv::parallel_for_(
@@ -177,7 +202,7 @@ inline void run(const FogBlur& p, const brume::CpuContext& c) {
                     out.at<cv::Vec4f>(y, x) = gathered(p, work.source, y, x, room);
         },
         4 * cv::getNumThreads());
-    for (int y = 0; y < out.rows; y++) finish(y, 0, out.cols, out.ptr<float>(y));
+    for (int y = 0; y < out.rows; y++) work.finish(y, 0, out.cols, out.ptr<float>(y));
 }
 
 }  // namespace fog_blur

@@ -18,15 +18,6 @@ struct Source {
 };
 
 // Finite colour, and a weight of 1.
-BRUME_VECTORISE static void sharpen(float* out, const float* color, int count) {
-    for (int i = 0; i < 4 * count; i++) {
-        float x = color[i], bounded = std::fabs(x) > 3.4028235e38f ? std::copysign(65504.0f, x) : x;
-        bounded = x == x ? bounded : 0.0f;
-        out[i] = (i & 3) == 3 ? 1.0f : bounded;
-    }
-}
-
-// The same of pixels in a register.
 BRUME_INLINE Four sharpened(Four color) {
     typedef int Bits __attribute__((vector_size(64)));
     const Bits x = (Bits)color, magnitude = x & 0x7fffffff, zero = {};
@@ -46,6 +37,39 @@ BRUME_INLINE blur::Two sharpened(blur::Two color) {
 }
 BRUME_INLINE blur::Pair sharpened(blur::Pair color) { return {sharpened(color.low), sharpened(color.high)}; }
 
+BRUME_INLINE One sharpened(One color) {
+    const blur::Two twice = __builtin_shufflevector(color, color, 0, 1, 2, 3, 0, 1, 2, 3),
+                    both = sharpened(twice);
+    return __builtin_shufflevector(both, both, 0, 1, 2, 3);
+}
+// Of finite pixels.
+BRUME_INLINE Four withWeight(Four color) {
+    return __builtin_shufflevector(color, Four{} + 1.0f, 0, 1, 2, 19, 4, 5, 6, 23, 8, 9, 10, 27, 12, 13, 14,
+                                   31);
+}
+BRUME_INLINE blur::Two withWeight(blur::Two color) {
+    return __builtin_shufflevector(color, blur::Two{} + 1.0f, 0, 1, 2, 11, 4, 5, 6, 15);
+}
+BRUME_INLINE blur::Pair withWeight(const blur::Pair& color) {
+    return {withWeight(color.low), withWeight(color.high)};
+}
+
+// As a rule all of a row is finite.
+template <class Wide>
+BRUME_INLINE void sharpenBy(float* out, const float* color, int count) {
+    typename Wide::Watch watch;
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        const auto pixels = Wide::load(color + 4 * i);
+        watch.look(pixels);
+        Wide::store(out + 4 * i, withWeight(pixels));
+    }
+    if (!watch.areFinite())
+        for (int k = 0; k < i; k += 4) Wide::store(out + 4 * k, sharpened(Wide::load(color + 4 * k)));
+    for (; i < count; i++) *(One*)(out + 4 * i) = sharpened(*(const One*)(color + 4 * i));
+}
+BRUME_WIDE(void, sharpen, (float* out, const float* color, int count), (out, color, count))
+
 // Each pixel's four channels times a number of its own.
 template <class Wide>
 BRUME_INLINE void multiplyBy(float* out, const float* sharp, const float* weights, int count) {
@@ -59,8 +83,8 @@ BRUME_WIDE(void, multiply, (float* out, const float* sharp, const float* weights
 
 // What a blur of `sigma` takes of sharp pixels: colour times weight, and the weight. count <= widestWeighed.
 constexpr int widestWeighed = 256;
-BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* sigmas, float sigma,
-                                  int count) {
+[[maybe_unused]] BRUME_VECTORISE static void weigh(float* out, const float* sharp, const float* sigmas,
+                                                   float sigma, int count) {
     const float inverse = 1.0f / sigma;
     float weights[widestWeighed];
     for (int i = 0; i < count; i++) weights[i] = std::min(sigmas[i] * inverse, 1.0f);

@@ -108,9 +108,11 @@ class Tile {
         sharp_.begin(x0, count);
         for (FirLevel& level : firs_) level.begin();
     }
-    /// Calls put(k, row) with each blurred row y + k.
-    template <class Put>
-    void make(int y, int rowCount, int height, const Nodes& needed, const Extremes& extremes, Put put) {
+    /// Rows y to y + rowCount, finished: rows that end.changesColor() go through end.finish(), others get
+    /// end.alphas() only.
+    template <class End>
+    void make(int y, int rowCount, int height, const Nodes& needed, const Extremes& extremes, const End& end,
+              cv::Mat& out, bool streams) {
         const bool isSharp = needed.high < needed.low,
                    isLevel = needed.low == needed.high && extremes.isEven();
         const int firEnd = std::min(needed.high, int(firs_.size()));
@@ -128,26 +130,34 @@ class Tile {
                                              : enlargedAt(node).row(y + k, x0_, count_);
         };
         for (int k = 0; k < rowCount; k++) {
-            float *row = mixed_.data(), *self = self_.data();
             // Meanwhile the next cell's colours and deviations are asked for; FIRs have asked for theirs.
             const int below = std::min(y + k + madeRows, height - 1);
-            const float *soon = source_.color.ptr<float>(below) + 4 * x0_,
-                        *soonSigma = source_.sigma.ptr<float>(below) + x0_;
+            const float* soonSigma = source_.sigma.ptr<float>(below) + x0_;
             for (int x = 0; x < count_; x += 16) __builtin_prefetch(soonSigma + x);
+            float *self = self_.data(), *to = out.ptr<float>(y + k) + 4 * x0_;
             sharpen(self, source_.color.ptr<float>(y + k) + 4 * x0_, count_);
-            if (isSharp || isLevel) {
-                for (int x = 0; x < count_; x += 4) __builtin_prefetch(soon + 4 * x);
-                std::copy_n(isSharp ? self : rowOf(needed.low, k), 4 * count_, row);
-            } else {
-                // The sharp row in place of nodes that no pixel needs.
-                for (const float*& node : nodes_) node = self;
+            // The sharp row in place of nodes that no pixel needs.
+            for (const float*& node : nodes_) node = self;
+            MixedRow row = {};
+            if (isLevel) nodes_[0] = rowOf(needed.low, k);
+            if (!isSharp && !isLevel) {
                 for (int node = needed.low; node <= needed.high; node++) nodes_[node] = rowOf(node, k);
                 placesOf(places_, ladder_.spacing, ladder_.largest, int(ladder_.levels.size()),
                          source_.sigma.ptr<float>(y + k) + x0_, count_);
-                mix(row, places_, ladder_.nodeWeights.data(), nodes_.data(), count_, soon);
+                row.places = &places_;
             }
-            if (!isSharp && ladder_.keepEdges) divide(row, self, count_);
-            put(k, row);
+            row.nodeWeights = ladder_.nodeWeights.data(), row.nodes = nodes_.data();
+            row.sharp = self, row.alphas = end.alphas(y + k, x0_);
+            row.isWeighed = !isSharp && ladder_.keepEdges;
+            row.soon = source_.color.ptr<float>(below) + 4 * x0_;
+            row.out = end.changesColor() ? mixed_.data() : to;
+            row.streams = !end.changesColor() && streams && brume::canStreamPlanes();
+            row.count = count_;
+            mix(row);
+            if (end.changesColor()) {
+                end.finish(y + k, x0_, count_, mixed_.data());
+                brume::putRow(to, mixed_.data(), 4 * size_t(count_), streams);
+            }
         }
     }
 

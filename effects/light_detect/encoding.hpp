@@ -69,10 +69,10 @@ struct Eight {
 template <class Wide>
 using Lanes = std::conditional_t<std::is_same_v<Wide, blur::Whole>, Sixteen, Eight>;
 
-// sRGB's curve of values from 0 to 128, relative error 2e-7, for half the work of one of any value: of each half octave the
-// reciprocal of its middle, and the middle's power, are looked up by the exponent's last four bits and the
-// first of the mantissa; what is left is 1 + m, |m| ≤ .2, whose power is a polynomial (the least largest
-// relative error).
+// sRGB's curve of values from 0 to 128, relative error 2e-7, for half the work of one of any value: of each
+// half octave the reciprocal of its middle, and the middle's power, are looked up by the exponent's last four
+// bits and the first of the mantissa; what is left is 1 + m, |m| ≤ .2, whose power is a polynomial (the least
+// largest relative error).
 struct Encoding {
     float reciprocal[32], power[32];
     Encoding() {

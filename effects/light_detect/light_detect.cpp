@@ -80,29 +80,33 @@ struct Detection {
 };
 
 // 1. The largest of colour, and whether all is finite and not below 0: floats compare as whole numbers do,
-// and those below 0 are large ones without a sign.
+// and those below 0 are large ones without a sign. And alpha, if it is the same everywhere.
 struct Largest {
-    float color;
-    bool isPlain;
+    float color, alpha;
+    bool isPlain, hasOneAlpha;
 };
 template <class L>
 BRUME_INLINE Largest largestOf(const float* in) {
     typedef typename L::Bits Bits;
     typedef typename L::Unsigned Unsigned;
     Bits color = {};
+    const Bits first = *reinterpret_cast<const Bits*>(in);
     Unsigned all = {};
+    Bits differs = {};
     for (int i = 0; i < 4 * tile; i += L::count) {
         const Bits bits = *reinterpret_cast<const Bits*>(in + i);
         color = bits > color ? bits : color;
         all = (Unsigned)bits > all ? (Unsigned)bits : all;
+        differs |= bits ^ first;
     }
-    int most = 0;
+    int most = 0, alphaDiffers = 0;
     unsigned mostOfAll = 0;
     for (int k = 0; k < L::count; k++) {
         most = std::max(most, k % 4 < 3 ? color[k] : 0);
         mostOfAll = std::max(mostOfAll, all[k]);
+        alphaDiffers |= k % 4 < 3 ? 0 : differs[k] | (first[k] ^ first[3]);
     }
-    return {std::bit_cast<float>(most), mostOfAll < 0x7f800000u};
+    return {std::bit_cast<float>(most), in[3], mostOfAll < 0x7f800000u, alphaDiffers == 0};
 }
 
 // Whether anything of a tile is within the range, and not beyond where the air lets nothing through: the way
@@ -179,7 +183,10 @@ BRUME_INLINE void addLightsBy(const Detection& d, const float* in, const float* 
         for (int i = 0; i < 4 * tile; i++) bounded[i] = finite(in[i]);
         in = bounded;
     }
-    for (int i = 0; i < tile; i++) alpha[i] += in[4 * i + 3];
+    if (largest.isPlain && largest.hasOneAlpha)
+        for (int i = 0; i < tile; i++) alpha[i] += largest.alpha;
+    else
+        for (int i = 0; i < tile; i++) alpha[i] += in[4 * i + 3];
     if (largest.color < d.darkest || !mayArrive(p, depth)) return;
     Planes t;
     for (int i = 0; i < tile; i++)

@@ -9,6 +9,7 @@
 #include "common/blur_bessel.hpp"
 #include "common/cascade.hpp"
 #include "common/recursion.hpp"
+#include "fog_blur/mix_cpu.hpp"
 
 using namespace blur;
 
@@ -142,5 +143,34 @@ TEST(WideKernels, RowsSideBySideAreTheSameBitsAndBadOnesAreSeen) {
             EXPECT_FALSE(interleaveBy<Whole>(lanes.data(), const8.data(), 41)) << bad;
             EXPECT_FALSE(interleaveBy<Halves>(lanes.data(), const8.data(), 41)) << bad;
             rows[3][bad] = before;
+        }
+}
+
+TEST(WideKernels, WeighedRowsAreMadeSharpAndDividedToTheSameBits) {
+    constexpr int count = 119;
+    std::vector<float> x = randomFloats(40000, 8);
+    const auto rows = rowsOf(x, 4, 4 * count);
+    for (int i = 0; i < count; i++)  // weights, some of which are next to nothing
+        rows[0][4 * i + 3] = i % 3 ? .05f + float(i) / count : 1e-3f;
+    const float* node = rows[0];
+    expectSameBits("divided", [&](auto wide, float* out) {
+        fog_blur::mixRow<decltype(wide), false, true, false>(
+            {nullptr, nullptr, &node, rows[1], rows[3], true, x.data(), out, false, count});
+        for (int i = 0; i < count; i++) {
+            const float weight = std::max(node[4 * i + 3], .05f),
+                        red = (node[4 * i] + (weight - node[4 * i + 3]) * rows[1][4 * i]) / weight;
+            EXPECT_NEAR(out[4 * i], red, 1e-6f + 1e-6f * std::abs(red)) << i;
+            EXPECT_EQ(out[4 * i + 3], rows[3][4 * i + 3]) << i;
+        }
+    });
+    for (float value : {0.0f, NAN, HUGE_VALF, -HUGE_VALF})
+        for (int pixel : {3, count - 1}) {
+            rows[2][4 * pixel + 1] = value;
+            expectSameBits("sharpened", [&](auto wide, float* out) {
+                fog_blur::sharpenBy<decltype(wide)>(out, rows[2], count);
+                for (int i = 0; i < 4 * count; i++) EXPECT_TRUE(std::isfinite(out[i])) << i;
+                EXPECT_EQ(out[4 * pixel + 1], std::isinf(value) ? std::copysign(65504.0f, value) : 0.0f);
+                EXPECT_EQ(out[4 * pixel + 3], 1.0f);
+            });
         }
 }
