@@ -48,15 +48,20 @@ void inverse(const DepthEncoding& e, double numerator, const double* v, double* 
     }
 }
 
-void decodeRow(const DepthEncoding& e, const double* v, double* scratch, double* z, int n) {
+void decodeRow(const DepthEncoding& e, const std::array<double, 2>& range, const double* v, double* scratch,
+               double* z, int n) {
+    const double zero = range[0], span = range[1] - range[0];
     switch (e.kind) {
         case Kind::Linear:
             return linear(e, v, z, n);
         case Kind::Device:
-            for (int i = 0; i < n; ++i) scratch[i] = (v[i] - e.rangeMin) / (e.rangeMax - e.rangeMin);
+            for (int i = 0; i < n; ++i) scratch[i] = (v[i] - zero) / span;
             return device(e, scratch, z, n);
         case Kind::Reshade:
-            for (int i = 0; i < n; ++i) scratch[i] = v[i] * e.reshadeFar / (1 + v[i] * (e.reshadeFar - 1));
+            for (int i = 0; i < n; ++i) {
+                const double l = (v[i] - zero) / span;
+                scratch[i] = l * e.reshadeFar / (1 + l * (e.reshadeFar - 1));
+            }
             return device(e, scratch, z, n);
         case Kind::Disparity:
             return inverse(e, e.focalBaseline, v, z, n);
@@ -72,11 +77,16 @@ void toDouble(const T* v, double* out, int n) {
 
 }  // namespace
 
+std::array<double, 2> storedRange(const DepthEncoding& e, int depth) {
+    return e.range.value_or(std::array<double, 2>{0, depth == CV_8U ? 255. : depth == CV_16U ? 65535. : 1.});
+}
+
 cv::Mat decodeDepth(const cv::Mat& stored, const DepthEncoding& e, const Camera& camera) {
     if (stored.channels() != 1 ||
         (stored.depth() != CV_8U && stored.depth() != CV_16U && stored.depth() != CV_32F))
         failUsage("depth must be one channel of 8 or 16 bits or float32");
     const int n = stored.cols;
+    const std::array<double, 2> range = storedRange(e, stored.depth());
     cv::Mat depth(stored.size(), CV_32F);
     cv::parallel_for_(cv::Range(0, stored.rows), [&](const cv::Range& rows) {
         std::vector<double> v(n), scratch(n), z(n);
@@ -91,7 +101,7 @@ cv::Mat decodeDepth(const cv::Mat& stored, const DepthEncoding& e, const Camera&
                 default:
                     toDouble(stored.ptr<float>(j), v.data(), n);
             }
-            decodeRow(e, v.data(), scratch.data(), z.data(), n);
+            decodeRow(e, range, v.data(), scratch.data(), z.data(), n);
             if (e.alongRay)
                 for (int i = 0; i < n; ++i) z[i] /= cv::norm(camera.ray(i, j));
             for (const double unknown : e.unknown)
@@ -117,8 +127,10 @@ double encodeDepth(double z, const DepthEncoding& e) {
             const double n = e.nearPlane, f = e.farPlane, units = z / e.metresPerUnit;
             double towardsFar = sky ? 0 : std::isinf(f) ? n / units : n * (f - units) / (units * (f - n));
             const double delta = e.reversed ? towardsFar : 1 - towardsFar;
-            if (e.kind == Kind::Device) return e.rangeMin + delta * (e.rangeMax - e.rangeMin);
-            return delta / (e.reshadeFar - delta * (e.reshadeFar - 1));
+            const std::array<double, 2> range = storedRange(e, CV_32F);
+            const double shown =
+                e.kind == Kind::Device ? delta : delta / (e.reshadeFar - delta * (e.reshadeFar - 1));
+            return range[0] + shown * (range[1] - range[0]);
         }
         case Kind::Disparity:
             return ((sky ? 0 : e.focalBaseline / z) - e.disparityOffset) / e.disparityScale;

@@ -97,8 +97,52 @@ void requireSense(const DepthEncoding& e, const std::string& where) {
     if (e.disparityScale == 0) failIo(where, ": scale is 0");
     if (!(e.farPlane > e.nearPlane))
         failIo(where, ": far (", e.farPlane, ") is not beyond near (", e.nearPlane, ")");
-    if (e.rangeMin == e.rangeMax) failIo(where, ": range spans nothing");
+    if (e.range && (*e.range)[0] == (*e.range)[1]) failIo(where, ": range spans nothing");
     if (!(e.reshadeFar > 1)) failIo(where, ": reshade_far is ", e.reshadeFar, ", not above 1");
+}
+
+const char* kindName(Kind kind) {
+    switch (kind) {
+        case Kind::Linear:
+            return "linear depth";
+        case Kind::Disparity:
+            return "disparity";
+        case Kind::Inverse:
+            return "inverse depth";
+        default:
+            return "a depth buffer";
+    }
+}
+
+/// What a key scales by in another kind; a key that would be ignored leaves depth wrong without a word.
+void requireMeaning(Kind kind, const std::string& key, const std::string& where) {
+    struct Use {
+        const char* key;
+        std::vector<Kind> kinds;
+    };
+    static const std::vector<Use> uses = {
+        {"scale_to_metres", {Kind::Linear}},
+        {"sky_at_or_above", {Kind::Linear}},
+        {"zero_is_sky", {Kind::Linear}},
+        {"metres_per_unit", {Kind::Device, Kind::Reshade}},
+        {"reversed", {Kind::Device, Kind::Reshade}},
+        {"range", {Kind::Device, Kind::Reshade}},
+        {"reshade_far", {Kind::Reshade}},
+        {"focal_baseline", {Kind::Disparity}},
+        {"scale", {Kind::Disparity, Kind::Inverse}},
+        {"offset", {Kind::Disparity, Kind::Inverse}},
+    };
+    const auto use = std::find_if(uses.begin(), uses.end(), [&](const Use& u) { return key == u.key; });
+    if (use == uses.end() || std::find(use->kinds.begin(), use->kinds.end(), kind) != use->kinds.end())
+        return;
+    const bool scales =
+        key == "scale" || key == "scale_to_metres" || key == "metres_per_unit" || key == "focal_baseline";
+    const char* own = kind == Kind::Linear      ? "scale_to_metres"
+                      : kind == Kind::Disparity ? "focal_baseline"
+                      : kind == Kind::Inverse   ? "scale"
+                                                : "metres_per_unit";
+    failIo(where, ": ", key, " says nothing of ", kindName(kind),
+           scales ? text(" (did you mean ", own, "?)") : "");
 }
 
 }  // namespace
@@ -150,6 +194,7 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
                    : "the planes of the projection that drew the frame; the game or its matrix says them",
                ")");
     for (const auto& [key, value] : object.items()) {
+        requireMeaning(e.kind, key, where);
         if (key == "encoding" || key == "file")
             continue;
         else if (key == "scale_to_metres")
@@ -181,8 +226,7 @@ DepthEncoding depthEncodingFromJson(const json& object, const std::string& where
         else if (key == "range") {
             if (!value.is_array() || value.size() != 2)
                 failIo(where, ": range is ", shownJson(value), ", not the two numbers stored for 0 and 1");
-            e.rangeMin = number(value[0], key, where);
-            e.rangeMax = number(value[1], key, where);
+            e.range = {number(value[0], key, where), number(value[1], key, where)};
         } else if (key == "unknown") {
             e.unknown.clear();
             for (const json& v : value.is_array() ? value : json::array({value}))

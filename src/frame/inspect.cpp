@@ -54,7 +54,35 @@ bool has(const Case& c, const char* name) {
     return std::any_of(c.doubts.begin(), c.doubts.end(), [&](const Doubt& d) { return d.name == name; });
 }
 
+// Beyond its ends a depth buffer holds nothing: such numbers are another range's, or metres.
+void doubtRange(Case& c) {
+    if (!isDevice(c.encoding)) return;
+    const std::array<double, 2> range = storedRange(c.encoding, c.capture.stored.depth());
+    const double low = std::min(range[0], range[1]), high = std::max(range[0], range[1]);
+    const double slack = 1e-3 * (high - low);
+    cv::Mat stored;
+    c.capture.stored.convertTo(stored, CV_64F);
+    size_t known = 0, outside = 0;
+    double least = DepthEncoding::infinity, greatest = -DepthEncoding::infinity;
+    for (int j = 0; j < stored.rows; ++j)
+        for (int i = 0; i < stored.cols; ++i) {
+            const double v = stored.at<double>(j, i);
+            const std::vector<double>& unknown = c.encoding.unknown;
+            if (!std::isfinite(v) || std::find(unknown.begin(), unknown.end(), v) != unknown.end()) continue;
+            known++;
+            outside += v < low - slack || v > high + slack;
+            least = std::min(least, v);
+            greatest = std::max(greatest, v);
+        }
+    if (double(outside) <= .01 * double(known)) return;
+    c.doubt("range", percent(double(outside) / double(known)) + " of the stored numbers, " + shown(least) +
+                         " to " + shown(greatest) + ", lie outside " + shown(low) + " to " + shown(high) +
+                         ", where a depth buffer's lie: say which stand for 0 and 1, as in "
+                         "range=0,range=65535, or are they distances?");
+}
+
 void doubtPolarity(Case& c) {
+    if (has(c, "range")) return;
     if (isDevice(c.encoding)) {
         const double near = c.encoding.nearPlane * c.encoding.metresPerUnit;
         if (c.statistics.median > 0 && c.statistics.median < 2 * near)
@@ -76,7 +104,7 @@ void doubtPolarity(Case& c) {
 }
 
 void doubtFarPlane(Case& c) {
-    if (!isDevice(c.encoding) || has(c, "polarity") || has(c, "flipped")) return;
+    if (!isDevice(c.encoding) || has(c, "range") || has(c, "polarity") || has(c, "flipped")) return;
     const double far = c.encoding.farPlane * c.encoding.metresPerUnit;
     const double ratio = c.encoding.farPlane / c.encoding.nearPlane;
     if (std::isfinite(far) && (far < 2 || far > 1e6 || ratio > 1e8)) {
@@ -128,6 +156,7 @@ std::string sensorsFor(const DepthEncoding& read, const DepthStatistics& s) {
 
 void doubtScale(Case& c) {
     const DepthStatistics& s = c.statistics;
+    if (has(c, "range")) return;
     if (s.p99 > c.encoding.sensorReach) {
         const std::string others = sensorsFor(c.encoding, s);
         c.doubt("scale",
@@ -215,9 +244,9 @@ void doubtCamera(Case& c) {
 }  // namespace
 
 const std::vector<std::string>& doubtNames() {
-    static const std::vector<std::string> names = {"polarity",  "disparity", "mirrored",  "flipped",
-                                                   "far plane", "scale",     "quantised", "overlay",
-                                                   "ceiling",   "holes",     "camera"};
+    static const std::vector<std::string> names = {"range",   "polarity",  "disparity", "mirrored",
+                                                   "flipped", "far plane", "scale",     "quantised",
+                                                   "overlay", "ceiling",   "holes",     "camera"};
     return names;
 }
 
@@ -277,6 +306,7 @@ std::vector<Doubt> findDoubts(const Capture& capture, const DepthEncoding& encod
            findFloor(thin),
            doubts};
     doubtOrientation(c);
+    doubtRange(c);
     doubtPolarity(c);
     doubtFarPlane(c);
     doubtScale(c);

@@ -25,7 +25,8 @@ struct Doubt {
     std::string name, evidence;
 };
 
-/// polarity, disparity, mirrored, flipped, far plane, scale, quantised, overlay, ceiling, holes, camera.
+/// range, polarity, disparity, mirrored, flipped, far plane, scale, quantised, overlay, ceiling, holes,
+/// camera.
 const std::vector<std::string>& doubtNames();
 
 /// A way to read the stored numbers, likeliest first; score 0..1.

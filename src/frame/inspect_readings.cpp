@@ -43,14 +43,14 @@ std::vector<std::string> candidatesFor(const cv::Mat& stored) {
                 names.push_back(device);
         return names;
     }
-    const std::string most = stored.depth() == CV_8U ? "255" : "65535";
     return {"millimetres",
             "tum",
             "kitti",
             "linear:scale_to_metres=.01,unknown=0",
             inverse,
-            "opengl:near=.1,far=1000,range=0,range=" + most,
-            "direct3d:near=.1,far=1000,reversed=true,range=0,range=" + most};
+            "opengl:near=.1,far=1000",
+            "direct3d:near=.1,far=1000,reversed=true",
+            "reshade:near=.1,far=1000"};
 }
 
 /// 1 inside [low, high], falling by e for each half decade outside.

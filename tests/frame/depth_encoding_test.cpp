@@ -114,6 +114,54 @@ TEST(DepthEncoding, IntegersAndFloatsOfTheSameNumbersAgree) {
     EXPECT_EQ(test::bitsThatDiffer(decodeDepth(words, e, camera), decodeDepth(floats, e, camera)), 0);
 }
 
+TEST(DepthEncoding, DepthBuffersInIntegersFillTheirRange) {
+    const Camera camera = Camera::withHorizontalView({40, 1}, 60);
+    for (const char* name :
+         {"opengl:near=.1,far=100", "direct3d:near=.1,far=100,reversed=true", "reshade:near=.1,far=100"})
+        for (const int type : {CV_8U, CV_16U}) {
+            const DepthEncoding e = parseDepthEncoding(name);
+            const double most = type == CV_8U ? 255 : 65535;
+            cv::Mat integers(1, 40, type), floats(1, 40, CV_32F);
+            for (int i = 0; i < 40; ++i) floats.at<float>(0, i) = float(encodeDepth(.2 + 2.5 * i, e));
+            floats.convertTo(integers, type, most);
+            integers.convertTo(floats, CV_32F, 1 / most);
+            const cv::Mat z = decodeDepth(integers, e, camera), same = decodeDepth(floats, e, camera);
+            for (int i = 0; i < 40; ++i) {
+                const float a = z.at<float>(0, i), b = same.at<float>(0, i);
+                EXPECT_TRUE(std::isinf(a) ? std::isinf(b) || b > 90 : std::abs(a - b) < 1e-3f * a * a)
+                    << name << " " << most << ": " << a << " for " << b;
+            }
+            EXPECT_TRUE(std::isfinite(z.at<float>(0, 0)));
+            // What is stated counts: ends of another's choosing, for ReShade's numbers as well.
+            DepthEncoding stated = e;
+            stated.range = {0, 2 * most};
+            integers.convertTo(floats, CV_32F, .5 / most);
+            EXPECT_NEAR(decodeDepth(integers, stated, camera).at<float>(0, 0),
+                        decodeDepth(floats, e, camera).at<float>(0, 0), 1e-6)
+                << name;
+        }
+}
+
+TEST(DepthEncoding, KeysOfOtherEncodingsAreRefused) {
+    const auto usage = [](const char* text) {
+        return sentenceOf(ErrorKind::Usage, [&] { parseDepthEncoding(text); });
+    };
+    EXPECT_NE(usage("tum:scale=2").find("scale says nothing of linear depth (did you mean scale_to_metres?)"),
+              std::string::npos)
+        << usage("tum:scale=2");
+    EXPECT_NE(usage("linear:metres_per_unit=.01").find("did you mean scale_to_metres?"), std::string::npos);
+    EXPECT_NE(usage("opengl:near=.1,far=9,scale_to_metres=.01").find("did you mean metres_per_unit?"),
+              std::string::npos);
+    EXPECT_NE(usage("opengl:near=.1,far=9,sky_at_or_above=1").find("says nothing of a depth buffer"),
+              std::string::npos);
+    EXPECT_NE(usage("kitti:range=0,range=255").find("range says nothing of linear depth"), std::string::npos);
+    EXPECT_NE(usage("inverse:focal_baseline=9").find("did you mean scale?"), std::string::npos);
+    EXPECT_NE(usage("disparity:focal_baseline=9,reversed=true").find("says nothing of disparity"),
+              std::string::npos);
+    // What a renderer says of its projection is no statement about numbers that are metres already.
+    EXPECT_NO_THROW(parseDepthEncoding("linear:near=.1,far=infinite"));
+}
+
 TEST(DepthEncoding, MistakesAreNamed) {
     const auto usage = [](const char* text) {
         return sentenceOf(ErrorKind::Usage, [&] { parseDepthEncoding(text); });

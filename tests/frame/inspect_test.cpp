@@ -216,6 +216,30 @@ TEST(Inspect, RanksTheTrueReadingFirst) {
         std::set<std::string>({"tum", "millimetres", "kitti"}).count(firstOf("promptda/library.jpg")));
 }
 
+TEST(Inspect, NumbersOutsideADepthBuffersRangeAreNamed) {
+    Capture capture;
+    capture.frame.color = cv::Mat(60, 80, CV_32FC4, cv::Scalar(.5, .5, .5, 1));
+    capture.frame.camera = Camera::withHorizontalView({80, 60}, 60);
+    const auto doubts = [&](const cv::Mat& stored, const char* encoding) {
+        capture.stored = stored;
+        std::string names;
+        for (const Doubt& d : findDoubts(capture, parseDepthEncoding(encoding)))
+            names += d.name + ": " + d.evidence + "\n";
+        return names;
+    };
+    cv::Mat words(60, 80, CV_16U), floats;
+    for (int j = 0; j < 60; ++j)
+        for (int i = 0; i < 80; ++i) words.at<uint16_t>(j, i) = uint16_t(65535 - 40 * (j + 1) - i);
+    words.convertTo(floats, CV_32F);
+    for (const char* name : {"opengl:near=.1,far=1000", "reshade:near=.1,far=1000"}) {
+        EXPECT_EQ(doubts(words, name).find("range"), std::string::npos) << doubts(words, name);
+        EXPECT_EQ(doubts(floats, name).find("range: 100 % of the stored numbers"), 0u)
+            << doubts(floats, name);
+        EXPECT_EQ(doubts(floats, name).find("polarity"), std::string::npos) << "a consequence, not a cause";
+    }
+    EXPECT_EQ(doubts(floats, "opengl:near=.1,far=1000,range=0,range=65535").find("range"), std::string::npos);
+}
+
 TEST(Inspect, EverySensorsReachIsDoubtedBeyondAndOnlyThere) {
     for (const std::string& name : sensorEncodingNames()) {
         const DepthEncoding encoding = parseDepthEncoding(name);
