@@ -23,7 +23,7 @@ struct Arguments {
     std::string size;
 };
 
-// The last word is the preset where it names one; a frame's sidecar (.json) is no preset.
+// A frame's sidecar (.json) is no preset.
 bool isPreset(const std::string& word) {
     const std::filesystem::path path(word);
     if (path.extension() == ".json" || path.extension() == ".fs") return true;
@@ -34,6 +34,22 @@ bool isPreset(const std::string& word) {
     if (const std::string near = nearestName(word, names); !near.empty())
         failUsage("no frame, preset or effect '", word, "' (did you mean '", near, "'?)");
     return false;
+}
+
+// The last word is the preset where it names one, or else the first, as for apply.
+void takePreset(preview::PreviewOptions& o) {
+    std::vector<std::string>& words = o.words.frames;
+    if (words.empty()) return;
+    const auto preset = isPreset(words.back()) ? words.end() - 1 : words.begin();
+    if (preset == words.begin() && !isPreset(*preset)) return;
+    o.preset = *preset;
+    words.erase(preset);
+}
+
+void requirePictureEnding(const std::string& screenshot) {
+    const std::string ending = std::filesystem::path(screenshot).extension().string();
+    if (!screenshot.empty() && ending != ".png" && ending != ".jpg" && ending != ".jpeg")
+        failUsage("--screenshot: '", screenshot, "' should end in .png or .jpg");
 }
 
 cv::Size parseWindowSize(const std::string& words) {
@@ -67,7 +83,7 @@ void addPreview(CLI::App& program) {
     auto& o = a->options;
     command->add_option(
         "FRAME", o.words.frames,
-        "Frames: files, folders, patterns such as shot.####.exr, lists; then, if you like, a PRESET: "
+        "Frames: files, folders, patterns such as shot.####.exr, lists; and, first or last, a PRESET: "
         "a file, a shipped preset's name or an effect's name. Both can be dropped on the window later");
     command->add_option("--depth", o.words.depth, "Where depth is, as for apply");
     command->add_option("--depth-encoding", o.words.encoding, "What the depth's numbers mean, as for apply");
@@ -106,10 +122,8 @@ void addPreview(CLI::App& program) {
         const std::vector<std::string> backends = {"auto", "cpu", "gl"};
         if (std::find(backends.begin(), backends.end(), o.backend) == backends.end())
             failUsage("--backend: no backend '", o.backend, "'", suggestion(o.backend, backends));
-        if (!o.words.frames.empty() && isPreset(o.words.frames.back())) {
-            o.preset = o.words.frames.back();
-            o.words.frames.pop_back();
-        }
+        takePreset(o);
+        requirePictureEnding(o.screenshot);
         if (!o.screenshot.empty() && o.words.frames.empty()) failUsage("--screenshot: name a frame to show");
         if (!o.screenshot.empty() || !o.state.empty() || !o.trace.empty()) requireDistinct(o);
         moduleFunction<preview::RunPreviewFunction>("preview", "brumeRunPreview")(o);

@@ -10,6 +10,7 @@
 #include "cpu/cpu_runner.hpp"
 #include "error.hpp"
 #include "gl/gl_runner.hpp"
+#include "nearest_name.hpp"
 #include "preview/probe.hpp"
 #include "preview/stack.hpp"
 #include "preview/theme.hpp"
@@ -17,6 +18,13 @@
 namespace brume::preview {
 
 namespace {
+
+void requireImage(const std::string& name, std::vector<std::string> known) {
+    known.insert(known.end(), {"color", "captured"});
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    known.insert(known.end(), {"result", "before", "wipe", "blink", "depth", "difference"});
+    failUsage("--show: no image '", name, "'", suggestion(name, known));
+}
 
 double millisecondsBetween(Clock::time_point a, Clock::time_point b) {
     return std::chrono::duration<double, std::milli>(b - a).count();
@@ -57,6 +65,7 @@ App::App(const PreviewOptions& given, Settings remembered)
     look.image = options.show;
     for (const auto& [name, value] : shows)
         if (name == options.show) show(value);
+    if (look.show == Show::Image) requireImage(options.show, namedImages(session.chain()));
 
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();

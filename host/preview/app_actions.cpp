@@ -57,7 +57,8 @@ void App::saveImage(const std::string& path) {
 
 void App::writeScreenshot(const std::string& path) {
     PendingFile pending(path);
-    if (std::filesystem::path(path).extension() == ".jpg")
+    const std::filesystem::path ending = std::filesystem::path(path).extension();
+    if (ending == ".jpg" || ending == ".jpeg")
         writeThroughOpenImageIo(pending.path(), window.readPixels(), true, {});
     else
         writePng(pending.path(), window.readPixels(), {});

@@ -109,9 +109,7 @@ void drawFramePanel(App& app) {
     heading("What the reader understood");
     for (const std::string& note : app.loaded->frame.notes) {
         ImGui::Bullet();
-        ImGui::PushTextWrapPos();
-        ImGui::TextUnformatted(note.c_str());
-        ImGui::PopTextWrapPos();
+        wrappedText(note, ImGui::GetStyleColorVec4(ImGuiCol_Text));
     }
     if (!app.loaded->assumed.empty()) {
         ImGui::Bullet();
@@ -127,9 +125,7 @@ void drawFramePanel(App& app) {
         if (app.inspection->doubts.empty()) ImGui::TextColored(colors::dim, "Nothing looks wrong.");
         for (const Doubt& doubt : app.inspection->doubts) {
             ImGui::TextColored(colors::warning, "%s", doubt.name.c_str());
-            ImGui::PushTextWrapPos();
-            ImGui::TextUnformatted(doubt.evidence.c_str());
-            ImGui::PopTextWrapPos();
+            wrappedText(doubt.evidence, ImGui::GetStyleColorVec4(ImGuiCol_Text));
         }
         drawReadings(app);
     }

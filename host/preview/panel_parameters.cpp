@@ -39,7 +39,7 @@ void drawHint(const EffectHeader& header, const Parameter& p, bool isFromCapture
     ImGui::EndTooltip();
 }
 
-const std::string& labelOf(const Parameter& p) { return p.label.empty() ? p.name : p.label; }
+std::string labelOf(const Parameter& p) { return titleOf(p.label.empty() ? p.name : p.label); }
 
 void drawParameter(App& app, size_t place, const Parameter& p, const std::vector<std::string>& images) {
     const Step& step = app.session.chain().steps[place];
@@ -162,9 +162,10 @@ void drawParameters(App& app, size_t place) {
                            !isUsed(effect->header, p, app.effective().steps[place].values);
                 });
             ImGui::PushStyleColor(ImGuiCol_Text, isIdle ? colors::faint : colors::dim);
-            isOpen = ImGui::TreeNodeEx(group.c_str(), (isOpenAtFirst ? ImGuiTreeNodeFlags_DefaultOpen : 0) |
-                                                          ImGuiTreeNodeFlags_SpanAvailWidth |
-                                                          ImGuiTreeNodeFlags_NoTreePushOnOpen);
+            isOpen = ImGui::TreeNodeEx((titleOf(group) + "###" + group).c_str(),
+                                       (isOpenAtFirst ? ImGuiTreeNodeFlags_DefaultOpen : 0) |
+                                           ImGuiTreeNodeFlags_SpanAvailWidth |
+                                           ImGuiTreeNodeFlags_NoTreePushOnOpen);
             ImGui::PopStyleColor();
             app.ui.mark("group." + app.session.chain().steps[place].id + "." + group);
         }

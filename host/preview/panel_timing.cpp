@@ -98,10 +98,8 @@ void drawPlan(App& app) {
         ImGui::SameLine();
         ImGui::TextColored(step.planned ? colors::accent : colors::dim, "%s",
                            choiceWords(app.rendered->job.chain, step).c_str());
-        ImGui::PushTextWrapPos();
-        if (!step.plan.why.empty()) ImGui::TextColored(colors::quiet, "%s", step.plan.why.c_str());
-        if (!prediction.empty()) ImGui::TextColored(colors::dim, "%s", prediction.c_str());
-        ImGui::PopTextWrapPos();
+        if (!step.plan.why.empty()) wrappedText(step.plan.why, colors::quiet);
+        if (!prediction.empty()) wrappedText(prediction, colors::dim);
     }
 }
 

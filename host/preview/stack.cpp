@@ -7,6 +7,14 @@
 
 namespace brume::preview {
 
+std::string titleOf(std::string label) {
+    std::replace(label.begin(), label.end(), '_', ' ');
+    const bool isAxis = label.size() > 1 && label[1] == ' ';
+    if (!label.empty() && !isAxis && label[0] >= 'a' && label[0] <= 'z')
+        label[0] = char(label[0] - 'a' + 'A');
+    return label;
+}
+
 Step newStep(const std::shared_ptr<const Effect>& effect) {
     Step step;
     step.effect = effect;

@@ -22,6 +22,9 @@ std::vector<std::string> imagesBefore(const Chain& chain, size_t place);
 /// Images that can be looked at after the whole chain, besides color and captured.
 std::vector<std::string> namedImages(const Chain& chain);
 
+/// A label as the window writes it: "max_opacity" as "Max opacity"; an axis ("x density") stays small.
+std::string titleOf(std::string label);
+
 /// Steps of an effect with the same file run `effect` from now on; values of parameters that it still has in
 /// the same form stay.
 void replaceEffect(Chain& chain, const std::shared_ptr<const Effect>& effect);

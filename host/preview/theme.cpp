@@ -1,6 +1,7 @@
 #include "preview/theme.hpp"
 
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "file_status.hpp"
@@ -95,14 +96,31 @@ void applyTheme(double scale) {
     c[ImGuiCol_ModalWindowDimBg] = ImVec4(.05f, .05f, .06f, .55f);
 }
 
+void wrappedText(const std::string& words, const ImVec4& color) {
+    const float width = ImGui::GetContentRegionAvail().x - 1;
+    std::string broken, line, word;
+    std::istringstream rest(words);
+    while (rest >> word) {
+        const std::string longer = line.empty() ? word : line + ' ' + word;
+        if (!line.empty() && ImGui::CalcTextSize(longer.c_str()).x > width) {
+            broken += line + '\n';
+            line = word;
+        } else {
+            line = longer;
+        }
+    }
+    broken += line;
+    ImGui::PushTextWrapPos();  // for a word that is longer than a line
+    ImGui::TextColored(color, "%s", broken.c_str());
+    ImGui::PopTextWrapPos();
+}
+
 void labelledRow(const char* label, const std::string& words) {
     ImGui::TableNextRow();
     ImGui::TableNextColumn();
     ImGui::TextColored(colors::dim, "%s", label);
     ImGui::TableNextColumn();
-    ImGui::PushTextWrapPos();
-    ImGui::TextUnformatted(words.c_str());
-    ImGui::PopTextWrapPos();
+    wrappedText(words, ImGui::GetStyleColorVec4(ImGuiCol_Text));
 }
 
 }  // namespace brume::preview

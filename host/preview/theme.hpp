@@ -23,6 +23,9 @@ inline const ImVec4 warning{.93f, .72f, .38f, 1};
 inline const ImVec4 error{.95f, .48f, .42f, 1};
 }  // namespace colors
 
+/// Words broken at spaces only, where ImGui would also break "1.5" after its point.
+void wrappedText(const std::string& words, const ImVec4& color);
+
 /// A row of a table of two columns: a dim label and words that wrap.
 void labelledRow(const char* label, const std::string& words);
 

@@ -32,6 +32,14 @@ class SessionTest : public test::Program {
     Session session{EffectRegistry::standard()};
 };
 
+TEST(Labels, AreWrittenAlikeWhateverTheHeaderSays) {
+    EXPECT_EQ(titleOf("max_opacity"), "Max opacity");
+    EXPECT_EQ(titleOf("fog colour, dense"), "Fog colour, dense");
+    EXPECT_EQ(titleOf("x density"), "x density");
+    EXPECT_EQ(titleOf("Airlight"), "Airlight");
+    EXPECT_EQ(titleOf(""), "");
+}
+
 TEST_F(SessionTest, ADragIsOneStepBackAndTheNextDragAnother) {
     session.openPreset("depth_fog");
     EXPECT_FALSE(session.history().canUndo());

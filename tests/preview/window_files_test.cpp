@@ -120,12 +120,17 @@ TEST_F(PreviewWindow, AScreenshotThatCannotBeMadeEndsWithASentence) {
         return ran.err;
     };
     EXPECT_THAT(refusal("frame.exr depth_fog --screenshot nowhere/shot.png", 3), HasSubstr("nowhere"));
-    EXPECT_THAT(refusal("frame.exr depth_fog --show dept --screenshot shot.png", 2), HasSubstr("'dept'"));
+    EXPECT_THAT(refusal("frame.exr depth_fog --show dept --screenshot shot.png", 2),
+                HasSubstr("--show: no image 'dept' (did you mean 'depth'?)"));
+    EXPECT_THAT(refusal("frame.exr depth_fog --screenshot shot.bmp", 2), HasSubstr(".png or .jpg"));
     EXPECT_THAT(refusal("damaged.exr depth_fog --screenshot shot.png", 3), HasSubstr("damaged.exr"));
     EXPECT_THAT(refusal("depth_fog --screenshot shot.png", 2), HasSubstr("name a frame"));
     EXPECT_THAT(refusal("frame.exr depth_fgo --screenshot shot.png", 2),
                 HasSubstr("did you mean 'depth_fog'?"));
     EXPECT_FALSE(std::filesystem::exists(path("shot.png")));
+    // The preset may come first, as apply wants it; and the picture is what its name says.
+    EXPECT_EQ(refusal("depth_fog frame.exr --screenshot shot.jpeg", 0), "");
+    EXPECT_EQ(bytesOf(path("shot.jpeg")).substr(0, 2), "\xff\xd8");
     // Nor does it take the place of what is shown.
     writeImage(path("a.png"), test::sampleFrame().color);
     addFrame("a.depth.exr");
