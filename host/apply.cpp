@@ -320,7 +320,7 @@ void addApply(CLI::App& program) {
                         "list (.txt: lines of "
                         "'color', 'color depth', 'time color' or 'time color time depth')");
     command->add_option(
-        "-o,--out", a->out,
+        "-o,--out,--output", a->out,
         "A file; a folder; or a name with {stem}, {index} or {index:4}, {param} (all swept values), or a "
         "swept parameter's name");
     command

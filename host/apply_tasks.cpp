@@ -101,10 +101,13 @@ void requireDistinct(const std::vector<Task>& tasks, const std::vector<FrameFile
         if (read.count(placeOf(output))) failUsage("-o: '", output, "' is an input; it would be overwritten");
     for (const Task& task : tasks) {
         auto [place, isNew] = seen.emplace(placeOf(task.output), &task);
+        const auto stem = [](const Task& t) { return fs::path(t.making.input).stem(); };
         if (!isNew)
             failUsage("-o: '", place->second->making.input, "' and '", task.making.input,
-                      "' would both be written to '", task.output,
-                      "'; use a name with {stem}, {index} or {param}");
+                      "' would both be written to '", task.output, "'; use a name with ",
+                      place->second->frame == task.frame   ? "{param}"
+                      : stem(*place->second) == stem(task) ? "{index}"
+                                                           : "{stem}");
     }
     if (!report.empty() && (read.count(placeOf(report)) || seen.count(placeOf(report))))
         failUsage("--report: '", report, "' is an input or output; it would be overwritten");

@@ -63,6 +63,9 @@ void chartEffects(const ChartArguments& a) {
     const FramePair frame = framesOf(a)[0];
     size_t total = 0, failed = 0;
     for (const auto& effect : effects) total += chartCount(*effect, pointers);
+    if (total == 0)
+        failUsage("chart: nothing of ", effects.size() == 1 ? effects[0]->name() : "these effects",
+                  " runs on ", CLI::detail::join(a.backends, ", "));
     Progress progress(total);
     for (const auto& effect : effects) {
         auto measurements = chartEffect(effect, frame, pointers, {a.repetitions, a.seconds, size_t(a.pixels)},

@@ -186,7 +186,9 @@ void addCheck(CLI::App& program) {
     command->add_option("--random", a->options.randomSets, "How many random parameter sets")
         ->capture_default_str()
         ->check(CLI::Range(0, 1000));
-    command->add_option("--reference-pixels", a->options.referencePixels, "A frame")
+    command
+        ->add_option("--reference-pixels", a->options.referencePixels,
+                     "At how many pixels of each frame the reference is asked")
         ->capture_default_str()
         ->check(CLI::Range(1, 1 << 20));
     command

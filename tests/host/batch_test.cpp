@@ -411,7 +411,10 @@ TEST_F(Batch, aContactSheetThatCannotBeWrittenCostsNoReport) {
 TEST_F(Batch, outputsThatWouldMeetAreRefusedBeforeAnyWork) {
     addFrame("a/one.exr");
     addFrame("b/one.exr");
-    expectError("apply depth_fog a b -o out", 2, "would both be written");
+    expectError("apply depth_fog a b -o out", 2, "use a name with {index}");  // {stem} would not help
+    addFrame("b/two.exr");
+    expectError("apply depth_fog b -o 'out/x{param}.png'", 2, "use a name with {stem}");
+    fs::remove(path("b/two.exr"));
     expectError("apply depth_fog a b -o one.exr", 2, "one file for 2 frames");
     expectError("apply depth_fog a b -o a", 2, "is an input");
     EXPECT_EQ(brume("apply depth_fog a b -o 'out/{index:3}_{stem}.png'").status, 0);

@@ -58,6 +58,7 @@ void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * vec4(0.5, 0.5, 0.5, 1.
     EXPECT_EQ(ran.status, 0) << ran.err;
     EXPECT_THAT(brume::test::bytesOf(path("charts/half.csv")), HasSubstr("half,,half,,,gl,"));
     EXPECT_THAT(brume::test::bytesOf(path("charts/index.html")), HasSubstr("no reference"));
+    expectError("chart half.fs -o none --size 32x18 --backend cpu", 2, "nothing of half runs on cpu");
 }
 
 TEST_F(Chart, papersPutTheirFiguresBesideOurs) {
