@@ -166,7 +166,9 @@ void printBreaks(const Effect& effect) {
 
 // True where `name` is a preset: what it holds, and where, to copy and change.
 bool printPreset(const std::string& name) {
-    for (const auto& [preset, path] : shippedPresets()) {
+    auto presets = shippedPresets();
+    if (name.ends_with(".json")) presets.emplace_back(name, name);
+    for (const auto& [preset, path] : presets) {
         if (preset != name) continue;
         const Chain chain = readPreset(path, EffectRegistry::standard());
         std::cout << name << " (preset)\n";
@@ -239,7 +241,7 @@ void addInfo(CLI::App& program) {
     auto name = std::make_shared<std::string>();
     CLI::App* command = program.add_subcommand(
         "info", "One effect: its parameters, passes, and where it breaks; or what a preset holds");
-    command->add_option("EFFECT", *name, "An effect's or a preset's name, or the path of an ISF file (.fs)")
+    command->add_option("EFFECT", *name, "An effect's or a preset's name, or the path of one (.fs, .json)")
         ->required();
     command->footer("Example:\n  brume info depth_fog");
     command->callback([name] { info(*name); });

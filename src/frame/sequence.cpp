@@ -155,6 +155,12 @@ std::string depthStem(const std::string& path) {
                : stemOf(path);
 }
 
+/// What apply puts beside the pictures of a long run.
+bool isContactSheet(const fs::path& path) {
+    const std::string name = path.filename().string();
+    return name == "contact_sheet.png" || (name.starts_with("contact_sheet_") && name.ends_with(".png"));
+}
+
 std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     std::vector<std::string> images;
     std::error_code error;
@@ -164,7 +170,8 @@ std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
         const fs::path& path = entry.path();
         if (entry.is_directory() && (inside.empty() || path.string() < inside)) inside = path.string();
         if (entry.is_regular_file() && isImageEnding(path.extension().string()) &&
-            (depths || !isDepthBeside(path.string())) && !isMap(path) && path.filename().string()[0] != '.')
+            (depths || !isDepthBeside(path.string())) && !isMap(path) && !isContactSheet(path) &&
+            path.filename().string()[0] != '.')
             images.push_back(path.string());
     }
     if (error) failIo(folder, ": ", error.message());

@@ -36,6 +36,13 @@ TEST_F(Sequences, FoldersCountAsPeopleDo) {
     EXPECT_EQ(expanded({folder.string()}), (Names{"f9.png", "f009a.png", "f10.png"}));
 }
 
+// What a long run leaves beside its pictures, which another run may be given.
+TEST_F(Sequences, AContactSheetIsNoFrame) {
+    touch({"a.png", "contact_sheet.png", "contact_sheet_3of8.png", "contact_sheets.png"});
+    EXPECT_EQ(expanded({folder.string()}), (Names{"a.png", "contact_sheets.png"}));
+    EXPECT_EQ(expanded({file("contact_sheet.png")}), Names{"contact_sheet.png"}) << "named, it is meant";
+}
+
 TEST_F(Sequences, DepthBesideIsNoFrameAndIsFound) {
     touch({"a.png", "a.depth.exr", "b_color.npy", "b_depth.npy", "c_rgb.png", "c_depth.png", "d.jpg",
            "d_depth.png", "ocean_depth.png", "lone.depth.exr"});

@@ -49,6 +49,8 @@ TEST_F(Tools, infoShowsUnitsRangesChoices) {
     EXPECT_THAT(brume("info fog_blur").out,
                 HasSubstr("brume apply gawron_blur_separate FRAME -o OUT.png --set fog_blur."));
     EXPECT_THAT(brume("info volume_fog").out, HasSubstr("brume apply volume_fog FRAME"));
+    addText("mine.json", R"({"description": "My own", "effects": [{"effect": "depth_fog"}]})");
+    EXPECT_THAT(brume("info mine.json").out, HasSubstr("My own"));
     expectError("info depth_fgo", 2, "'depth_fog'");
     expectError("info morning_mist", 2, "BRUME_EFFECT_PATH");
     expectError("info", 2, "EFFECT");
