@@ -85,6 +85,8 @@ void putStatements(Imf::Header& header, const ExrStatements& statements, const s
                 matrix[row][column] = camera.worldFromCamera(row, column);
         header.insert("brumeWorldFromCamera", Imf::M44dAttribute(matrix));
     }
+    // What brume writes is metres: nobody need guess.
+    if (statements.encoding) header.insert("brumeDepthEncoding", Imf::StringAttribute("linear"));
     if (statements.time) header.insert("brumeTime", Imf::DoubleAttribute(*statements.time));
     if (!statements.extras) return;
     json extras = *statements.extras;

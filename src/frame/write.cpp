@@ -167,7 +167,7 @@ void writeFrame(const std::string& path, const FramePair& frame, const WriteOpti
     requireImage(frame.color);
     ExrContent content = colorContent(frame.color, options);
     content.depth = frame.depth;
-    content.statements = {frame.camera, frame.time, {}, frame.extras};
+    content.statements = {frame.camera, frame.time, DepthEncoding{}, frame.extras};
     content.folder = std::filesystem::path(path).parent_path().string();
     writeWhole(path, [&](const std::string& file) { writeExr(file, content); });
 }

@@ -6,6 +6,7 @@
 
 #include "exr_fixture.hpp"
 #include "frame/airlight.hpp"
+#include "frame/capture.hpp"
 #include "frame/color_encoding.hpp"
 #include "frame/guided_depth.hpp"
 #include "frame/write.hpp"
@@ -187,6 +188,8 @@ TEST_F(Reading, EveryEncodingConvertsThereAndBack) {
         whole.halfColor = false;
         writeFrame(file("one.exr"), frame, whole);
         const FramePair back = readFrame(file("one.exr"));
+        EXPECT_EQ(readCapture(file("one.exr")).stated.value_or(parseDepthEncoding("tum")).scaleToMetres, 1)
+            << "said, so that inspect need not rank what it could be";
         EXPECT_EQ(bitsThatDiffer(back.color, frame.color), 0) << encoding;
         EXPECT_EQ(bitsThatDiffer(back.depth, frame.depth), 0) << encoding;
         EXPECT_EQ(back.camera.fx, frame.camera.fx);
