@@ -104,12 +104,11 @@ struct WholeWatch {
 struct HalvesWatch {
     typedef int Bits __attribute__((vector_size(32), may_alias));
     Bits largest = {};
-    BRUME_INLINE void look(Pair x) {
-        for (Two half : {x.low, x.high}) {
-            const Bits bits = (Bits)half & 0x7fffffff;
-            largest = bits > largest ? bits : largest;
-        }
+    BRUME_INLINE void look(Two x) {
+        const Bits bits = (Bits)x & 0x7fffffff;
+        largest = bits > largest ? bits : largest;
     }
+    BRUME_INLINE void look(Pair x) { look(x.low), look(x.high); }
     BRUME_INLINE bool areFinite() const {
         int most = 0;
         for (int k = 0; k < 8; k++) most = std::max(most, largest[k]);
@@ -118,12 +117,12 @@ struct HalvesWatch {
 };
 
 /// What kernels are compiled over: four pixels; a register, for what does not care how many pixels it takes;
-/// how many of those may wait in sums of eight rows.
+/// how many of those may be sums that wait, of how many rows; of four pixels the same.
 struct Whole {
     typedef blur::Four Four;
     typedef blur::Four Register;
     typedef WholeWatch Watch;
-    static constexpr int sums = 16, alongSums = 8;
+    static constexpr int sums = 16, acrossSums = 8, alongSums = 8;
     static BRUME_INLINE Four load(const float* from) { return *(const Four*)from; }
     static BRUME_INLINE void store(float* to, Four x) { *(Four*)to = x; }
     static BRUME_INLINE Four of(One a, One b, One c, One d) {
@@ -136,7 +135,7 @@ struct Halves {
     typedef Pair Four;
     typedef Two Register;
     typedef HalvesWatch Watch;
-    static constexpr int sums = 8, alongSums = 3;
+    static constexpr int sums = 8, acrossSums = 4, alongSums = 3;
     static BRUME_INLINE Four load(const float* from) { return {*(const Two*)from, *(const Two*)(from + 8)}; }
     static BRUME_INLINE void store(float* to, Four x) { *(Two*)to = x.low, *(Two*)(to + 8) = x.high; }
     static BRUME_INLINE Four of(One a, One b, One c, One d) {

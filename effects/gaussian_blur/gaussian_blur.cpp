@@ -1,5 +1,5 @@
 // gaussian_blur: each pixel the Gaussian-weighted mean of its surroundings, standard deviation `radius` px of
-// the full frame (MODELS.md §5). Rows first, then columns; edges replicate; NaN counts as 0 and ±inf as
+// the full frame (MODELS.md §5). Rows and columns apart; edges replicate; NaN counts as 0 and ±inf as
 // ±65504, alpha too.
 //
 //   fir          a sampled Gaussian, cut where the tails weigh less than `tolerance`
