@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <opencv2/core.hpp>
 #include <vector>
 
 namespace blur {
@@ -103,12 +104,15 @@ inline std::vector<double> enlargingWeights(const Decimation& d) {
 }
 
 /// The FIR on the small image. `target(theta)` is the spectrum of the blur wanted, theta in radians a px of
-/// the large image. It is the least-squares one over all positions of an impulse between small pixels: S = Σ
-/// T·P·E / (Σ P²·Σ E²), sums over the aliases of each small frequency, P the prefilter, E the enlarging.
+/// the large image. Of all of its reach that keep a constant it is the least-squares one over all positions
+/// of an impulse between small pixels: it makes ∫ W·S² - 2·V·S least, W = Σ P²·Σ E² and V = Σ T·P·E sums over
+/// the aliases of each small frequency, P the prefilter, E the enlarging.
 template <class Target>
 Half smallTaps(const Decimation& d, int reach, Target target) {
-    Half enlarging = normalised(d.enlarging), small(reach + 1, 0);
-    int frequencies = std::max(64, 4 * reach);  // of the half circle: more than the FIR can tell apart
+    const Half enlarging = normalised(d.enlarging);
+    const int frequencies = std::max(64, 4 * reach);  // of the half circle: more than the FIR can tell apart
+    // S = 1 + Σ small[t]·(2·cos(omega·t) - 2): a symmetric system of equations for all but the centre tap.
+    cv::Mat system = cv::Mat::zeros(reach, reach, CV_64F), right = cv::Mat::zeros(reach, 1, CV_64F), taps;
     for (int n = 0; n <= frequencies; n++) {
         double omega = std::numbers::pi * n / frequencies, wanted = 0, p2 = 0, e2 = 0;
         for (int alias = 0; alias < d.factor; alias++) {
@@ -116,10 +120,16 @@ Half smallTaps(const Decimation& d, int reach, Target target) {
             double p = response(d.prefilter, theta), e = response(enlarging, theta);
             wanted += target(theta) * p * e, p2 += p * p, e2 += e * e;
         }
-        double s = wanted / (p2 * e2), weight = n == 0 || n == frequencies ? .5 : 1;
-        for (int t = 0; t <= reach; t++) small[t] += weight * s * std::cos(omega * t) / frequencies;
+        const double weight = n == 0 || n == frequencies ? .5 : 1;
+        cv::Mat wave(reach, 1, CV_64F);
+        for (int t = 1; t <= reach; t++) wave.at<double>(t - 1) = 2 * std::cos(omega * t) - 2;
+        system += weight * p2 * e2 * wave * wave.t();
+        right += weight * (wanted - p2 * e2) * wave;
     }
-    return normalised(small);
+    cv::solve(system, right, taps, cv::DECOMP_CHOLESKY);
+    Half small = {1 - 2 * cv::sum(taps)[0]};
+    small.insert(small.end(), taps.begin<double>(), taps.end<double>());
+    return small;
 }
 
 /// Largest factor: from there on the small image is too small to matter.

@@ -45,24 +45,26 @@ inline Half pascalTaps(double sigma, double tolerance) {
     return normalised(half);
 }
 
-/// The coarsest decimation whose error, of a separable pair, is at most `tolerance` at 1e-3, 1e-4 and 1e-5;
-/// between them the finer; below, under 1e-6. Small factors have room for more boxes, which let a small pixel
-/// be larger: so each factor has its least σ per small pixel (measured over all positions of an impulse, and
-/// tested).
+/// The coarsest decimation whose error, of a separable pair, is at most `tolerance`, from 1e-3 down to 1e-6.
+/// Small factors have room for more boxes, which let a small pixel be larger: so each factor has its least σ
+/// per small pixel, linear in the tolerance's logarithm between those given (measured over all positions of
+/// an impulse, and tested).
 inline Decimation gaussianDecimation(double sigma, double tolerance) {
     struct Way {
         int order;
-        double leastSigma;
+        double leastSigma[4];  // at 1e-3, 1e-4, 1e-5, 1e-6
     };
     // Factors 2, 3, and from 4 on.
-    constexpr Way ways[4][3] = {{{6, 1.47}, {6, 1.47}, {6, 1.55}},
-                                {{8, 1.7}, {8, 1.7}, {6, 1.85}},
-                                {{10, 1.9}, {8, 2}, {6, 2.5}},
-                                {{10, 2.5}, {8, 2.5}, {6, 4}}};
-    const auto& way = ways[tolerance < .99e-5 ? 3 : tolerance < .99e-4 ? 2 : tolerance < .99e-3 ? 1 : 0];
-    for (int factor = largestFactor; factor > 1; factor--)
-        if (const Way& w = way[std::min(factor, 4) - 2]; sigma >= w.leastSigma * factor)
-            return boxDecimation(factor, w.order);
+    constexpr Way ways[] = {
+        {10, {1.3, 1.52, 1.8, 2.2}}, {8, {1.29, 1.55, 1.93, 2.45}}, {6, {1.45, 1.85, 2.5, 4}}};
+    const double decades = std::clamp(-3 - std::log10(tolerance), 0., 3.);
+    const int decade = std::min(int(decades), 2);
+    for (int factor = largestFactor; factor > 1; factor--) {
+        const Way& way = ways[std::min(factor, 4) - 2];
+        const double* least = way.leastSigma + decade;
+        if (sigma >= std::lerp(least[0], least[1], decades - decade) * factor)
+            return boxDecimation(factor, way.order);
+    }
     return {};
 }
 inline int gaussianFactor(double sigma, double tolerance) {

@@ -5,7 +5,7 @@
 //   fir          a sampled Gaussian, cut where the tails weigh less than `tolerance`
 //   recursive    a sum of three complex exponentials, forward and back: error 1.4e-5 a dimension, any radius
 //   decimated    boxes in a row, every factor-th pixel, a small FIR, the same boxes up: error under
-//                1e-3, 1e-4 or 1e-5, whichever is the next below `tolerance`
+//                `tolerance`, and 1e-3
 //   box          three extended boxes by running sums: error .11, of edges' pixels up to .77
 //   pascal       an even row of Pascal's triangle as a FIR (the ocean fog's blur of its noise)
 //   dual_filter  the GPU's pyramid of bilinear taps: error .28 and more
@@ -197,8 +197,7 @@ void reference(const GaussianBlur& p, const ReferenceContext& c, std::span<const
 double kernelError(int method, double sigma, double tolerance) {
     if (method == recursive) return 3e-5;
     if (method != decimated) return statedError({0, float(tolerance), method}, sigma);
-    if (blur::gaussianFactor(sigma, tolerance) == 1) return tolerance;
-    return tolerance < .99e-5 ? 1e-6 : tolerance < .99e-4 ? 1e-5 : tolerance < .99e-3 ? 9e-5 : 9.5e-4;
+    return blur::gaussianFactor(sigma, tolerance) == 1 ? tolerance : std::min(tolerance, 1e-3);
 }
 
 // Frame copies on the CPU at 1920×1080 with two threads. Decimated by 1 is a FIR.
@@ -254,7 +253,10 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
     // A little less than would show: rounded to fp32 it must not be more.
     offer(fir, "fir", std::clamp(.999 * unseen.error(1.5), 1e-6, 1e-3), 1.5);
     offer(recursive, "recursive", 1e-3, 4);
+    // Tolerances that stay from frame to frame where these will do.
     for (double tolerance : {1e-3, 1e-4, 1e-5}) offer(decimated, "decimated", tolerance, 3);
+    const double ratio = blur::likelihood / blur::likelihoodDecimated;
+    offer(decimated, "decimated", std::clamp(.999 * ratio * unseen.error(3), 1e-5, 1e-3), 3);
     offer(box, "box", 1e-3, 4);
     offer(pascal, "pascal", 1e-3, 4);
     offer(dualFilter, "dual_filter", 1e-3, 4);
