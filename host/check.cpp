@@ -60,6 +60,7 @@ struct Worst {
 
 std::string value(const std::optional<double>& number) {
     if (!number) return "-";
+    if (std::isnan(*number)) return "NaN";
     char digits[32];
     std::snprintf(digits, sizeof digits, "%.9g", *number);
     return digits;

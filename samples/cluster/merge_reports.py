@@ -21,8 +21,11 @@ def main():
     summary = {key: sum(s[key] for s in summaries) for key in ("made", "up_to_date", "failed", "megapixels")}
     summary["seconds"] = max(s["seconds"] for s in summaries)
     summary["peak_bytes"] = max(s["peak_bytes"] for s in summaries)
-    versions = sorted({report["version"] for report in reports})
-    json.dump({"version": ", ".join(versions), "frames": frames, "summary": summary}, sys.stdout, indent=1)
+    run = {}  # version, preset, seed and the like: as all say, or what each says
+    for key in (key for key in reports[0] if key not in ("frames", "summary")):
+        said = [report.get(key) for report in reports]
+        run[key] = said[0] if all(one == said[0] for one in said) else said
+    json.dump({**run, "frames": frames, "summary": summary}, sys.stdout, indent=1)
     print()
 
 

@@ -265,7 +265,9 @@ TEST(FogBlur, AutoTakesTheCheapestWhoseErrorDoesNotShow) {
     for (double brightest : {0., .004, .03, .1, .3, 1., 3., 10.}) {
         auto chosen = chosenFor(lampIn(brightest));
         const double rungs = chosen.at("rungs");
-        if (brightest < .01) EXPECT_EQ(chosen.at("method") + rungs, 1);
+        if (brightest < .01) {
+            EXPECT_EQ(chosen.at("method") + rungs, 1);
+        }
         if (chosen.at("method") != 0) continue;
         EXPECT_LE(shows(lampIn(brightest), ladderOf(rungs)), 1) << brightest;
         if (rungs == 1) continue;

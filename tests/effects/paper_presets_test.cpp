@@ -14,7 +14,6 @@ struct Printed {
     int component;
     double value;
 };
-void PrintTo(const Printed& p, std::ostream* out) { *out << p.preset << " " << p.parameter; }
 
 const double saturated = 2.995732274;  // -ln .05: Lanman's distance to saturation is this over the extinction
 

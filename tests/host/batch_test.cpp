@@ -384,6 +384,10 @@ TEST_F(Batch, shardsTogetherAreTheWholeRun) {
     ASSERT_EQ(merged.status, 0) << merged.err;
     auto whole = nlohmann::json::parse(merged.out);
     EXPECT_EQ(whole["summary"]["made"], 10);
+    for (const char* key : {"version", "preset", "seed", "backend"}) {
+        ASSERT_TRUE(whole.contains(key)) << key;
+        EXPECT_EQ(whole[key], reportAt("r1.json")[key]);
+    }
     for (size_t k = 0; k < 10; k++) EXPECT_EQ(whole["frames"][k]["index"], k);
     EXPECT_EQ(
         test::run(folder_, "'" BRUME_SOURCE_DIR "/samples/cluster/merge_reports.py' r1.json r1.json").status,
