@@ -1,6 +1,7 @@
 #include "cpu/cpu_runner.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <opencv2/core/utility.hpp>
 
@@ -180,9 +181,15 @@ class CpuRunner final : public Runner {
     // All steps of a group visit a few rows before moving on, so that the rows stay in cache: what one step
     // leaves to the next is never a whole image.
     void runRows(const std::vector<Bound>& group, cv::Size size) {
-        const int cacheBytes = 128 << 10, bands = std::min(size.height, 8 * cv::getNumThreads());
+        // An effect may work on tiles of some rows, as whose neighbour a pixel has other last bits: bands
+        // begin at every eighth row, and chunks at rows that are counted alike however many bands there are.
+        constexpr int strip = 8, cacheBytes = 128 << 10;
+        const int strips = (size.height - 1) / strip + 1, bands = std::min(strips, 8 * cv::getNumThreads());
+        const int fitting = std::clamp(cacheBytes / (size.width * 32), 1, strips * strip);
         const bool isOne = group.size() == 1 && group[0].resampled.empty();
-        const int chunk = isOne ? size.height : std::clamp(cacheBytes / (size.width * 32), 1, size.height);
+        const int chunk = isOne              ? size.height
+                          : fitting >= strip ? fitting - fitting % strip
+                                             : int(std::bit_floor(unsigned(fitting + fitting / 2)));
         const cv::Size memorySize(size.width, chunk * bands);
         const cv::Mat between = group.size() == 1 ? cv::Mat() : pool_.take(memorySize, CV_32FC4);
         std::vector<cv::Mat> resampled;
@@ -197,8 +204,8 @@ class CpuRunner final : public Runner {
             std::vector<CpuContext> contexts;
             for (const Bound& bound : group) contexts.push_back(bound.context);
             std::vector<LinearRows::Memory> memories(resampled.size());
-            const int end = size.height * (band + 1) / bands;
-            for (int y = size.height * band / bands; y < end; y += chunk) {
+            const int end = std::min(strips * (band + 1) / bands * strip, size.height);
+            for (int y = strips * band / bands * strip; y < end; y += chunk) {
                 const cv::Range rows(y, std::min(y + chunk, end));
                 size_t next = 0;
                 for (size_t k = 0; k < group.size(); k++) {

@@ -36,6 +36,7 @@ TEST(FogRows, PastTheCachesAreTheSameBits) {
     for (const char* step :
          {R"({"effect": "height_fog"})",
           R"({"effect": "height_fog", "tint": [1, 0.5, 0.2], "density2": 0.01, "tint2": [0.2, 0.5, 1]})",
+          R"({"effect": "depth_fog"})", R"({"effect": "depth_fog", "model": "power"})",
           R"({"effect": "depth_fog", "sun": "power", "tint": [1, 0.5, 0.2]})",
           R"({"effect": "depth_fog", "mixing": "encoded"})",
           R"({"effect": "noise_fog", "where": "at the surface"})",
