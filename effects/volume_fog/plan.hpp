@@ -63,7 +63,7 @@ inline double costOf(const Params& p, int method, int steps, double lampShare, b
 
 inline std::vector<brume::TrialOption> optionsOf(const Params& p, const brume::PlanInput& in,
                                                  double lampShare) {
-    const bool hasShadow = p.shadow_strength > 0 && shadowLight(in.scene.extras);
+    const bool hasShadow = p.shadow_strength > 0 && p.sun_intensity > 0 && shadowLight(in.scene.extras);
     std::vector<int> methods = {Midpoint, GaussLegendre};
     if (p.noise != NoNoise) methods.push_back(SharedNoise);
     if (lampShare > 0) methods.push_back(Equiangular);

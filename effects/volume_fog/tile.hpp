@@ -128,7 +128,8 @@ inline March::March(const Params& params, const brume::CpuContext& context)
         ambient[k] = p.ambient[k] * p.ambient_intensity;
     }
     asymmetry = p.phase == HenyeyGreenstein ? p.anisotropy : 0;
-    hasShadow = p.shadow_strength > 0 && (shadowRows[0] != 0 || shadowRows[1] != 0 || shadowRows[2] != 0);
+    hasShadow = p.shadow_strength > 0 && p.sun_intensity > 0 &&
+                (shadowRows[0] != 0 || shadowRows[1] != 0 || shadowRows[2] != 0);
     volumeCount = int(c.derived("volume_count")[0]);
     for (int k = 0; k < volumeCount; k++) {
         const float* rows = c.derived("volumes").data() + 4 * volumeRows * k;
