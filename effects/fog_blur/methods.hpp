@@ -49,8 +49,8 @@ BRUME_VECTORISE static void sigmaRow(const FogBlur& p, float largest, const floa
     constexpr int ahead = 512;  // px
     int i = 0, most = 0;
     for (; i + 8 <= count; i += 8) {
-        __builtin_prefetch(transmittance + 4 * (i + ahead)),
-            __builtin_prefetch(transmittance + 4 * (i + ahead + 4));
+        __builtin_prefetch(transmittance + 4 * (i + ahead));
+        __builtin_prefetch(transmittance + 4 * (i + ahead + 4));
         *(blur::Two*)(sigma + i) = sumsOfEight(transmittance + 4 * i);
     }
     for (; i < count; i++)
