@@ -64,7 +64,7 @@ void marchRows(March& m, int strides, cv::Range range, int rowBits) {
 }
 
 // Tiles as wide as high: their rays have most in common, cells of the noise and texels of the shadow map.
-// Rows that are left are in wider ones.
+// Rows that are left below the last of them are in wider ones.
 void rows(const Params& p, const CpuContext& c, cv::Range range) {
     const auto march = std::make_unique<March>(p, c);
     const int strides = stridesOf(p);
@@ -131,7 +131,7 @@ EffectOf<Params> effect() {
         .derive("shadow", deriveShadow)
         .derive("noise_cell", deriveNoiseCell)
         .derive("noise_fraction", deriveNoiseFraction)
-        .rows(rows)
+        .rows(rows, tileWidth >> squareBits)
         .referenceImage(reference)
         .plan(plan);
 }

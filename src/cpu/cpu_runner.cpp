@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <numeric>
 #include <opencv2/core/utility.hpp>
 
 #include "effect/missing_half.hpp"
@@ -181,15 +182,18 @@ class CpuRunner final : public Runner {
     // All steps of a group visit a few rows before moving on, so that the rows stay in cache: what one step
     // leaves to the next is never a whole image.
     void runRows(const std::vector<Bound>& group, cv::Size size) {
-        // An effect may work on tiles of some rows, as whose neighbour a pixel has other last bits: bands
-        // begin at every eighth row, and chunks at rows that are counted alike however many bands there are.
-        constexpr int strip = 8, cacheBytes = 128 << 10;
+        constexpr int cacheBytes = 128 << 10;
+        int together = 1;
+        for (const Bound& bound : group)
+            together = std::lcm(together, bound.step->effect->plugin->rowsTogether());
+        const int strip = std::lcm(8, together);
         const int strips = (size.height - 1) / strip + 1, bands = std::min(strips, 8 * cv::getNumThreads());
         const int fitting = std::clamp(cacheBytes / (size.width * 32), 1, strips * strip);
         const bool isOne = group.size() == 1 && group[0].resampled.empty();
-        const int chunk = isOne              ? size.height
-                          : fitting >= strip ? fitting - fitting % strip
-                                             : int(std::bit_floor(unsigned(fitting + fitting / 2)));
+        const int chunk = isOne ? size.height
+                          : fitting >= strip
+                              ? fitting - fitting % strip
+                              : std::lcm(together, int(std::bit_floor(unsigned(fitting + fitting / 2))));
         const cv::Size memorySize(size.width, chunk * bands);
         const cv::Mat between = group.size() == 1 ? cv::Mat() : pool_.take(memorySize, CV_32FC4);
         std::vector<cv::Mat> resampled;

@@ -28,6 +28,7 @@ class GuardedPlugin final : public PluginEffect {
     std::vector<std::pair<std::string, ParameterType>> bound() const override { return plugin_->bound(); }
     std::vector<std::string> derivedNames() const override { return plugin_->derivedNames(); }
     bool hasRows() const override { return plugin_->hasRows(); }
+    int rowsTogether() const override { return plugin_->rowsTogether(); }
     bool hasRun() const override { return plugin_->hasRun(); }
     bool hasReference() const override { return plugin_->hasReference(); }
     bool hasPlan() const override { return plugin_->hasPlan(); }

@@ -87,6 +87,8 @@ class PluginEffect {
     virtual std::vector<std::string> derivedNames() const = 0;
     virtual Params makeParams(const ParameterValues& values) const = 0;
     virtual bool hasRows() const = 0;
+    /// `rows` gets multiples of so many, counted from the image's top; only its last may be fewer.
+    virtual int rowsTogether() const = 0;
     virtual bool hasRun() const = 0;
     virtual bool hasReference() const = 0;
     virtual bool hasPlan() const = 0;
@@ -100,7 +102,7 @@ class PluginEffect {
     virtual Plan plan(const Params&, const PlanInput&) const = 0;
 };
 
-inline constexpr uint32_t pluginInterfaceVersion = 8;
+inline constexpr uint32_t pluginInterfaceVersion = 9;
 
 /// The one symbol a plugin exports, as `brume_plugin`.
 struct PluginEntry {
@@ -154,7 +156,11 @@ class EffectOf final : public PluginEffect {
     }
 
     /// Pointwise work on some rows of the output; the runner shares rows among threads and fuses neighbours.
-    EffectOf& rows(void (*f)(const P&, const CpuContext&, cv::Range)) { return rows_ = f, *this; }
+    /// `together`: of an effect that works on tiles of so many rows, so that a pixel's last bits may hang on
+    /// which others are in its tile.
+    EffectOf& rows(void (*f)(const P&, const CpuContext&, cv::Range), int together = 1) {
+        return rows_ = f, rowsTogether_ = together, *this;
+    }
     /// Work on the whole image; threads by cv::parallel_for_, no reduction across row bands.
     EffectOf& run(void (*f)(const P&, const CpuContext&)) { return run_ = f, *this; }
     /// One name of DERIVED: fp64 numbers, rounded to fp32 once by the caller.
@@ -186,6 +192,7 @@ class EffectOf final : public PluginEffect {
         return p;
     }
     bool hasRows() const override { return rows_; }
+    int rowsTogether() const override { return rowsTogether_; }
     bool hasRun() const override { return run_; }
     bool hasReference() const override { return referencePixel_ || referenceImage_; }
     bool hasPlan() const override { return plan_; }
@@ -230,6 +237,7 @@ class EffectOf final : public PluginEffect {
     std::vector<std::pair<std::string, ParameterType>> names_;
     std::vector<std::function<void(P&, const ParameterValues&)>> setters_;
     void (*rows_)(const P&, const CpuContext&, cv::Range) = nullptr;
+    int rowsTogether_ = 1;
     void (*run_)(const P&, const CpuContext&) = nullptr;
     std::map<std::string, std::vector<double> (*)(const P&, const DeriveContext&)> derive_;
     ReferencePixel (*referencePixel_)(const P&, const ReferenceContext&, cv::Point) = nullptr;

@@ -273,6 +273,22 @@ TEST(VolumeFogMethods, TilesOfAnyShapeMakeTheSamePicture) {
         }
 }
 
+// Fused steps visit a few rows of a wide frame before moving on: as many as volume_fog's tiles are high.
+TEST(VolumeFogMethods, WhatRunsBeforeItChangesNoTile) {
+    for (const auto& [name, method] : methods) {
+        auto [pair, rest] = everything({1100, 16}, 3);
+        Chain chain =
+            parsePreset(R"({"effects": [{"effect": "depth_fog"}]})", "test", EffectRegistry::standard());
+        FramePair fogged = pair;
+        fogged.color = makeCpuRunner()->run(chain, pair, {}).images["color"].clone();
+        chain.steps.push_back(stepOf(pair, name, 20, rest));
+        const cv::Mat fused = makeCpuRunner()->run(chain, pair, {}).images["color"].clone();
+        chain.steps.erase(chain.steps.begin());
+        const cv::Mat alone = makeCpuRunner()->run(chain, fogged, {}).images["color"];
+        EXPECT_EQ(cv::norm(fused, alone, cv::NORM_INF), 0) << name;
+    }
+}
+
 TEST(VolumeFogMethods, ShadowMapsOfOneChannelAreTheReferencesToo) {
     auto [pair, rest] = everything({12, 8}, 0);
     const Step step = stepOf(pair, "midpoint", 8, rest);
