@@ -43,6 +43,7 @@ struct Arguments {
     double framesPerSecond = 24;
     size_t firstIndex = 0;
     int jobs = 0;
+    Settings settings;  // of what --like names
     bool withDepth = false, explain = false, dumpShader = false, resume = false, keepGoing = false,
          noSheet = false;
 };
@@ -248,6 +249,7 @@ void apply(Arguments a) {
         a.framesPerSecond = making.framesPerSecond;
         a.backend.name = making.backend;
         a.withDepth = making.withDepth;
+        a.settings = making.settings;
         if (isSame) a.firstIndex = making.index;
     } else {
         if (a.preset.empty()) failUsage("apply: give a PRESET (or an effect's name) and at least one FRAME");
@@ -295,6 +297,7 @@ void apply(Arguments a) {
     common.seed = a.seed;
     common.backend = backend;
     common.withDepth = a.withDepth;
+    common.settings = a.settings;
     batch.tasks = tasksOf(chain, common, inputs, variants, names);
     requireDistinct(batch.tasks, inputs, batch.keep, a.report);
     std::erase_if(batch.tasks, [&](const Task& task) { return task.frame % shard.parts != shard.part - 1; });

@@ -45,13 +45,15 @@ std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::v
             task.making.frame.depth = inputs[frame].depth;
             task.making.time = inputs[frame].time;
             task.making.index = common.index + frame;
-            task.making.settings =
-                drawn(variants[variant].settings, drawName(inputs[frame].color), common.seed);
-            bool isAsBefore = !tasks.empty() && tasks.back().making.settings == task.making.settings;
+            task.settings = drawn(variants[variant].settings, drawName(inputs[frame].color), common.seed);
+            for (const auto& [path, value] : task.settings)
+                std::erase_if(task.making.settings, [&](const auto& was) { return was.first == path; });
+            task.making.settings.insert(task.making.settings.end(), task.settings.begin(),
+                                        task.settings.end());
+            bool isAsBefore = !tasks.empty() && tasks.back().settings == task.settings;
             task.making.preset =
-                isAsBefore
-                    ? tasks.back().making.preset
-                    : std::make_shared<std::string>(writePreset(withSettings(chain, task.making.settings)));
+                isAsBefore ? tasks.back().making.preset
+                           : std::make_shared<std::string>(writePreset(withSettings(chain, task.settings)));
             task.making.effects = effects;
             task.missing = inputs[frame].missing;
             task.output = names.of(inputs[frame].color, frame, variants[variant], task.making.settings);

@@ -17,8 +17,8 @@ struct Shard {
 /// Throws Error (Usage). "" is the whole.
 Shard parseShard(const std::string& shard);
 
-/// Every variant of every input, made as `common` says, whose index is the first one's. Throws Error (Usage)
-/// where an output cannot hold what it should.
+/// Every variant of every input, made as `common` says, whose index is the first one's and whose settings
+/// were made before. Throws Error (Usage) where an output cannot hold what it should.
 std::vector<Task> tasksOf(const Chain& chain, const Making& common, const std::vector<FrameFiles>& inputs,
                           const std::vector<Variant>& variants, const OutputNames& names);
 

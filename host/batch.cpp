@@ -299,7 +299,7 @@ class Run {
             auto start = Clock::now();
             const Task& task = *token->task;
             auto runner = takeRunner(task.variant);
-            Chain chain = withSettings(batch_.chain, task.making.settings);
+            Chain chain = withSettings(batch_.chain, task.settings);
             // A worker that waits inside must not pick up another frame: it would need this runner.
             tbb::this_task_arena::isolate([&] {
                 token->result =

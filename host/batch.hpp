@@ -16,6 +16,7 @@ namespace brume::host {
 struct Task {
     size_t frame = 0;    ///< place in Batch::inputs
     size_t variant = 0;  ///< place in the frame's variants
+    Settings settings;   ///< to apply to the chain; its making's may name earlier ones besides
     Making making;
     std::string output;
     std::string missing;  ///< FrameFiles::missing

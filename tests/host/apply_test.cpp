@@ -272,7 +272,17 @@ TEST_F(Apply, outputsSayHowTheyWereMadeAndCanBeRepeated) {
         ran = brume("apply --like " + made + " -o " + again);
         ASSERT_EQ(ran.status, 0) << ran.err;
         EXPECT_TRUE(sameImage(path(made), path(again)));
+        EXPECT_EQ(readAttributes(path(made)), readAttributes(path(again)));
     }
+    // Of what was set before, all but what is set anew.
+    ASSERT_EQ(brume("apply depth_fog street.exr --set depth_fog.visibility=30,60 --set depth_fog.start=2 -o "
+                    "'swept_{visibility}.png'")
+                  .status,
+              0);
+    ASSERT_EQ(brume("apply --like swept_60.png --set depth_fog.start=1 -o '{visibility}_{start}.png'").status,
+              0);
+    EXPECT_THAT(readAttributes(path("60_1.png"))["brume:made"],
+                HasSubstr(R"("settings":{"depth_fog.visibility":"60","depth_fog.start":"1"})"));
     addFrame("other.exr", {40, 30}, 3);
     ASSERT_EQ(brume("apply --like a.png other.exr -o other.png").status, 0);
     ASSERT_EQ(brume("apply depth_fog other.exr -o same.png --seed 5 --set depth_fog.visibility=77").status,
