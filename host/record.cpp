@@ -8,7 +8,6 @@
 
 #include "effect/effect.hpp"
 #include "error.hpp"
-#include "frame/attributes.hpp"
 #include "strict_json.hpp"
 
 namespace brume::host {

@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "effect/chain.hpp"
+#include "frame/attributes.hpp"
 #include "options.hpp"
 #include "sweep.hpp"
 
 namespace brume::host {
-
-/// The key of the text attribute in EXR, PNG and TIFF files.
-inline constexpr const char* recordKey = "brume:made";
 
 /// One output: everything that decides its pixels.
 struct Making {

@@ -7,6 +7,10 @@
 
 namespace brume {
 
+/// The text attribute in which apply's outputs say how they were made: JSON, whose "kept" names the files
+/// that were written beside.
+inline constexpr const char* recordKey = "brume:made";
+
 /// True where writeImage keeps WriteOptions::attributes so that readAttributes finds them: .exr, .png.
 bool canHoldAttributes(const std::string& path);
 

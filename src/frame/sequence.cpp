@@ -6,16 +6,19 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "error.hpp"
 #include "file_status.hpp"
+#include "frame/attributes.hpp"
 #include "frame/image_file.hpp"
 #include "frame/nearest_times.hpp"
 #include "frame/pairing.hpp"
 #include "frame/read.hpp"
 #include "nearest_name.hpp"
+#include "strict_json.hpp"
 
 namespace brume {
 
@@ -161,6 +164,34 @@ bool isContactSheet(const fs::path& path) {
     return name == "contact_sheet.png" || (name.starts_with("contact_sheet_") && name.ends_with(".png"));
 }
 
+/// Whether an output's record says that apply kept this file beside it. What it keeps has that record, too,
+/// where its format can hold one.
+bool isNamedAsKept(const std::string& file, const std::string& output) {
+    try {
+        const auto attributes = readAttributes(output);
+        const auto record = attributes.find(recordKey);
+        if (record == attributes.end()) return false;
+        const nlohmann::json kept = parseJson(record->second).value("kept", nlohmann::json::array());
+        return std::find(kept.begin(), kept.end(), fs::path(file).filename().string()) != kept.end();
+    } catch (const std::exception&) {  // whoever reads it says why
+        return false;
+    }
+}
+
+/// Of files among which its picture is, NAME.transmittance.exr is no frame. Depth is depth, whoever wrote it.
+void leaveOutKept(std::vector<std::string>& files) {
+    std::multimap<std::string, std::string> byName;  // without ending
+    for (const std::string& file : files) byName.emplace(fs::path(file).replace_extension().string(), file);
+    std::erase_if(files, [&](const std::string& file) {
+        const fs::path name = fs::path(file).replace_extension();
+        if (!name.has_extension() || isDepthBeside(file)) return false;
+        const auto [first, last] = byName.equal_range(fs::path(name).replace_extension().string());
+        return first != last && (isNamedAsKept(file, file) || std::any_of(first, last, [&](const auto& of) {
+                                     return isNamedAsKept(file, of.second);
+                                 }));
+    });
+}
+
 std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     std::vector<std::string> images;
     std::error_code error;
@@ -178,6 +209,7 @@ std::vector<std::string> imagesIn(const std::string& folder, bool depths) {
     if (images.empty())
         failIo(folder, ": the folder holds no images",
                inside.empty() ? "" : "; folders in it are not looked into: name one, such as " + inside);
+    leaveOutKept(images);
     std::sort(images.begin(), images.end(), countsBefore);
     return images;
 }
@@ -198,6 +230,7 @@ std::vector<std::string> globbed(const std::string& name, bool depths) {
         return isMap.try_emplace(folder, folder).first->second(file);
     });
     globfree(&found);
+    leaveOutKept(files);
     if (files.empty()) failIo(name, ": no file matches");
     std::sort(files.begin(), files.end(), countsBefore);
     return files;

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <random>
 
+#include "frame/attributes.hpp"
 #include "frame/pairing.hpp"
+#include "frame/write.hpp"
 #include "frame_fixture.hpp"
 
 namespace brume {
@@ -41,6 +43,30 @@ TEST_F(Sequences, AContactSheetIsNoFrame) {
     touch({"a.png", "contact_sheet.png", "contact_sheet_3of8.png", "contact_sheets.png"});
     EXPECT_EQ(expanded({folder.string()}), (Names{"a.png", "contact_sheets.png"}));
     EXPECT_EQ(expanded({file("contact_sheet.png")}), Names{"contact_sheet.png"}) << "named, it is meant";
+}
+
+// What apply keeps beside a picture is no frame where it says so, or the picture does; by a name alone it is.
+TEST_F(Sequences, WhatApplyKeptIsNoFrame) {
+    const cv::Mat image = test::randomColor({4, 3}, 0, 1, 1);
+    const auto write = [&](const std::string& name, const char* kept) {
+        WriteOptions options;
+        if (kept) options.attributes[recordKey] = text("{\"kept\":[\"", kept, "\"]}");
+        writeImage(file(name), image, options);
+    };
+    write("a.exr", "a.transmittance.npy");
+    write("a.transmittance.npy", nullptr);
+    write("b.jpg", nullptr);
+    write("b.glow.exr", "b.glow.exr");
+    write("c.png", "c.depth.exr");
+    write("c.depth.exr", "c.depth.exr");
+    write("c.final.png", nullptr);            // the user's own
+    write("lone.glow.exr", "lone.glow.exr");  // its picture is elsewhere
+    const Names frames = {"a.exr", "b.jpg", "c.final.png", "c.png", "lone.glow.exr"};
+    EXPECT_EQ(expanded({folder.string()}), frames);
+    EXPECT_EQ(expanded({file("*")}), frames);
+    EXPECT_EQ(expanded({file("*.glow.exr")}), (Names{"b.glow.exr", "lone.glow.exr"}))
+        << "named, they are meant";
+    EXPECT_EQ(expanded({file("a.transmittance.npy")}), Names{"a.transmittance.npy"});
 }
 
 TEST_F(Sequences, DepthBesideIsNoFrameAndIsFound) {
