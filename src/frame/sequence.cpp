@@ -394,6 +394,14 @@ std::vector<FrameFiles> withDepth(const std::vector<FrameFiles>& frames, const s
         else
             for (const std::string& file : isAny ? globbed(depth, true) : imagesIn(depth, true))
                 depths.push_back({file, timestampOf(file)});
+        std::set<fs::path> pictures;
+        for (const FrameFiles& f : frames) pictures.insert(fs::weakly_canonical(f.color));
+        std::erase_if(depths,
+                      [&](const DepthFile& d) { return pictures.count(fs::weakly_canonical(d.path)) > 0; });
+        if (depths.empty())
+            failIo(depth,
+                   ": holds no depth but the pictures themselves; without --depth it is looked for in "
+                   "them (EXR) and beside them, as NAME.depth.EXT");
         return pairWith(paired, depths, depth);
     }
     if (isPattern) {

@@ -67,6 +67,7 @@ TEST_F(Sequences, WhatApplyKeptIsNoFrame) {
     EXPECT_EQ(expanded({file("*.glow.exr")}), (Names{"b.glow.exr", "lone.glow.exr"}))
         << "named, they are meant";
     EXPECT_EQ(expanded({file("a.transmittance.npy")}), Names{"a.transmittance.npy"});
+    EXPECT_EQ(expanded({file("c.png")}, folder.string()), Names{"c.png>c.depth.exr"});
 }
 
 TEST_F(Sequences, DepthBesideIsNoFrameAndIsFound) {
@@ -127,6 +128,20 @@ TEST_F(Sequences, AMissingDepthConcernsItsFrameOnly) {
     EXPECT_NE(byNumber[2].missing, "");
     EXPECT_NE(sentenceOf(ErrorKind::Io, [&] { expanded({file("rgb")}, "{stem}.no"); }).find("1.png"),
               std::string::npos);
+}
+
+TEST_F(Sequences, APictureIsNotItsOwnDepth) {
+    touch({"a.png", "b.png", "z/a.png", "z/b.png"});
+    for (const std::string& depth : {folder.string(), file("./*.png"), file("z/..")})
+        EXPECT_EQ(sentenceOf(ErrorKind::Io,
+                             [&] {
+                                 expanded({file("a.png"), file("b.png")}, depth);
+                             }),
+                  depth +
+                      ": holds no depth but the pictures themselves; without --depth it is looked for in "
+                      "them (EXR) and beside them, as NAME.depth.EXT");
+    touch({"a.depth.exr", "b_depth.png"});
+    EXPECT_EQ(expanded({file("a.png")}, folder.string()), Names{"a.png>a.depth.exr"});
 }
 
 TEST_F(Sequences, TwoViewsOfOneNumberDoNotShareADepth) {
