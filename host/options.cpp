@@ -53,6 +53,10 @@ void FrameOptions::addTo(CLI::App& command) {
                        "'fx=525,fy=525,cx=319.5,cy=239.5,pixel_centres=whole'");
     command.add_option("--color", color,
                        "What the colour file holds: srgb or linear (default: by its format)");
+    addMaxPixels(command, maxPixels);
+}
+
+void addMaxPixels(CLI::App& command, double& maxPixels) {
     command.add_option("--max-pixels", maxPixels, "Refuse images of more pixels, before memory is taken")
         ->check(numberIn(1, 1e12))
         ->default_str("2^28");

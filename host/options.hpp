@@ -20,6 +20,9 @@ struct FrameOptions {
     ReadOptions read() const;
 };
 
+/// --max-pixels, of every command that reads frames.
+void addMaxPixels(CLI::App& command, double& maxPixels);
+
 /// --size, "1920x1080", up to 2^26 pixels. Throws Error (Usage).
 cv::Size parseSize(const std::string& size);
 

@@ -90,6 +90,7 @@ void addPreview(CLI::App& program) {
     command->add_option("--camera", o.words.camera, "Where the camera was, as for apply");
     command->add_option("--color", o.words.color,
                         "What the colour file holds: srgb or linear (default: by its format)");
+    addMaxPixels(*command, o.maxPixels);
     command->add_option("--fps", o.words.framesPerSecond, "Frames a second of a sequence without timestamps")
         ->capture_default_str()
         ->check(numberIn(1e-6, 1e6));

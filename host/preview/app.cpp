@@ -54,6 +54,7 @@ App::App(const PreviewOptions& given, Settings remembered)
     session.say("F1 shows keys and gestures");
     if (!options.trace.empty()) trace_.emplace(options.trace, "");
     settings.tab += "!";  // the one to open
+    session.limitPixels(size_t(options.maxPixels));
     if (!options.words.frames.empty()) session.openFrames(options.words);
     if (!options.preset.empty()) session.openPreset(options.preset);
     playing.framesPerSecond = options.words.framesPerSecond;

@@ -74,6 +74,7 @@ std::string applyLine(const Session& session, const std::string& backend) {
     if (!words.camera.empty()) line += " --camera " + shellWord(words.camera);
     if (words.framesPerSecond != 24) line += text(" --fps ", words.framesPerSecond);
     if (!words.color.empty()) line += " --color " + words.color;
+    if (session.maxPixels() != ReadOptions().maxPixels) line += text(" --max-pixels ", session.maxPixels());
     return line + " --backend " + backend + settingsBetween(saved, session.chain());
 }
 

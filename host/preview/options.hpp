@@ -4,12 +4,14 @@
 #include <opencv2/core/types.hpp>
 #include <string>
 
+#include "frame/read.hpp"
 #include "preview/frame_words.hpp"
 
 namespace brume::preview {
 
 struct PreviewOptions {
     FrameWords words;
+    double maxPixels = double(ReadOptions().maxPixels);  ///< of any frame, those dropped on the window too
     std::string preset;
     std::string backend = "gl";
     std::string show = "result";  ///< result, before, wipe, blink, depth, difference, or an image's name

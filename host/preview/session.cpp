@@ -22,6 +22,7 @@ Session::Session(const EffectRegistry& registry) : registry_(registry), history_
 
 ReadOptions Session::readOptions() const {
     ReadOptions options;
+    options.maxPixels = maxPixels_;
     if (!words_.encoding.empty()) options.encoding = parseDepthEncoding(words_.encoding);
     if (!words_.camera.empty()) options.camera = parseCamera(words_.camera);
     if (!words_.color.empty()) {

@@ -33,6 +33,9 @@ class Session {
     /// As `--depth-encoding`; counts for the whole sequence.
     void readDepthAs(const std::string& encoding);
     const FrameWords& words() const { return words_; }
+    /// As `--max-pixels`; counts for all frames opened from now on.
+    void limitPixels(size_t most) { maxPixels_ = most; }
+    size_t maxPixels() const { return maxPixels_; }
     ReadOptions readOptions() const;
     const std::vector<FrameFiles>& frames() const { return frames_; }
     size_t current() const { return current_; }
@@ -93,6 +96,7 @@ class Session {
     const EffectRegistry& registry_;
     const std::filesystem::file_time_type started_ = std::filesystem::file_time_type::clock::now();
     FrameWords words_;
+    size_t maxPixels_ = ReadOptions().maxPixels;
     std::vector<FrameFiles> frames_;
     size_t current_ = 0;
     uint64_t framesRevision_ = 0;

@@ -108,6 +108,7 @@ TEST_F(SessionTest, TheApplyLineMakesTheSamePicture) {
             R"({"effects": [{"effect": "depth_fog", "measure": "optical range", "visibility": 30}]})");
     const auto here = std::filesystem::current_path();
     std::filesystem::current_path(folder_);
+    session.limitPixels(500'000'000);
     session.openFrames({.frames = {"a frame.exr"}, .camera = "height=3"});
     session.openPreset("fog.json");
     set("visibility", 12.5);
@@ -122,6 +123,7 @@ TEST_F(SessionTest, TheApplyLineMakesTheSamePicture) {
     std::filesystem::current_path(here);
     EXPECT_THAT(line, HasSubstr("--set depth_fog.visibility=12.5"));
     EXPECT_THAT(line, HasSubstr("--camera height=3"));
+    EXPECT_THAT(line, HasSubstr("--max-pixels 500000000"));
     const test::Ran ran = test::run(folder_, "BRUME" + line.substr(std::string("brume").size()));
     EXPECT_EQ(ran.status, 0) << ran.err << line;
     EXPECT_EQ(brume("apply same.json 'a frame.exr' -o same.png --backend cpu --camera height=3").status, 0);

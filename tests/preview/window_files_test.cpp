@@ -125,6 +125,8 @@ TEST_F(PreviewWindow, AScreenshotThatCannotBeMadeEndsWithASentence) {
     EXPECT_THAT(refusal("frame.exr depth_fog --screenshot shot.bmp", 2), HasSubstr(".png or .jpg"));
     EXPECT_THAT(refusal("damaged.exr depth_fog --screenshot shot.png", 3), HasSubstr("damaged.exr"));
     EXPECT_THAT(refusal("depth_fog --screenshot shot.png", 2), HasSubstr("name a frame"));
+    EXPECT_THAT(refusal("frame.exr depth_fog --screenshot shot.png --max-pixels 1000", 3),
+                HasSubstr("more than the limit of 1000"));
     EXPECT_THAT(refusal("frame.exr depth_fgo --screenshot shot.png", 2),
                 HasSubstr("did you mean 'depth_fog'?"));
     EXPECT_FALSE(std::filesystem::exists(path("shot.png")));
