@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iomanip>
 #include <sstream>
 
 #include "error.hpp"
+#include "file_status.hpp"
 #include "frame/inspect_evidence.hpp"
 
 namespace brume {
 
 namespace {
 
+namespace fs = std::filesystem;
 using Kind = DepthEncoding::Kind;
 
 std::string shown(double value) {
@@ -154,10 +157,25 @@ std::string sensorsFor(const DepthEncoding& read, const DepthStatistics& s) {
     return names;
 }
 
+// The lists of a TUM sequence, beside the depth's folder.
+bool isOfTum(const std::string& depthPath) {
+    const fs::path sequence = fs::absolute(depthPath).parent_path().parent_path();
+    return (isThere(sequence / "rgb.txt") && isThere(sequence / "depth.txt")) ||
+           isThere(sequence / "associations.txt");
+}
+
 void doubtScale(Case& c) {
     const DepthStatistics& s = c.statistics;
     if (has(c, "range")) return;
-    if (s.p99 > c.encoding.sensorReach) {
+    const double ofTum = parseDepthEncoding("tum").scaleToMetres / c.encoding.scaleToMetres;
+    if (c.encoding.kind == Kind::Linear && std::abs(ofTum - 1) > .01 && c.capture.stored.type() == CV_16U &&
+        isOfTum(c.capture.depthPath))
+        c.doubt("scale",
+                "rgb.txt and depth.txt, or associations.txt, lie beside its folder as in a TUM sequence, "
+                "whose depth is 5000 a metre: is it " +
+                    shown(s.p1 * ofTum) + " to " + shown(s.p99 * ofTum) +
+                    " m (--depth-encoding tum) instead of " + shown(s.p1) + " to " + shown(s.p99) + " m?");
+    else if (s.p99 > c.encoding.sensorReach) {
         const std::string others = sensorsFor(c.encoding, s);
         c.doubt("scale",
                 "1 % lies beyond " + shown(s.p99) + " m, and such a sensor measures no farther than " +

@@ -256,6 +256,34 @@ TEST(Inspect, EverySensorsReachIsDoubtedBeyondAndOnlyThere) {
     }
 }
 
+// Kinect's depth in TUM's layout: whoever takes 5000 a metre for millimetres gets a fog five times too thick.
+class InspectFiles : public test::FrameTest {};
+TEST_F(InspectFiles, ATumSequenceReadOtherwiseIsDoubted) {
+    Capture capture;
+    capture.frame.color = test::randomColor({64, 48}, 0, 1, 1);
+    capture.frame.camera = Camera::withHorizontalView({64, 48}, 60);
+    capture.stored = cv::Mat(48, 64, CV_16U);
+    for (int j = 0; j < 48; ++j) capture.stored.row(j).setTo(10000 - 100 * j);
+    capture.depthPath = file("depth/1.5.png");
+    const auto scale = [&](const char* encoding) {
+        for (const Doubt& d : findDoubts(capture, parseDepthEncoding(encoding)))
+            if (d.name == "scale") return d.evidence;
+        return std::string();
+    };
+    EXPECT_EQ(scale("millimetres"), "");
+    writeText("rgb.txt", "");
+    EXPECT_EQ(scale("millimetres"), "");
+    writeText("depth.txt", "");
+    EXPECT_NE(scale("millimetres").find("is it 1.06 to 2 m (--depth-encoding tum) instead of 5.3 to 10 m?"),
+              std::string::npos)
+        << scale("millimetres");
+    EXPECT_EQ(scale("tum"), "");
+    EXPECT_EQ(scale("linear:scale_to_metres=.0002,unknown=0"), "");
+    std::filesystem::remove(file("rgb.txt"));
+    writeText("associations.txt", "");
+    EXPECT_NE(scale("realsense"), "");
+}
+
 TEST(Inspect, PicturesShowWhatIsThere) {
     Capture capture;
     capture.frame.color = test::randomColor({160, 120}, 0, 1, 1);
