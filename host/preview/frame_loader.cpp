@@ -1,5 +1,6 @@
 #include "preview/frame_loader.hpp"
 
+#include <filesystem>
 #include <opencv2/imgproc.hpp>
 
 #include "error.hpp"
@@ -33,6 +34,12 @@ std::shared_ptr<const LoadedFrame> loadFrame(const FrameFiles& files, size_t ind
     if (files.time) loaded->frame.time = *files.time;
     if (loaded->frame.time == 0 && !files.time) loaded->frame.time = double(index) / framesPerSecond;
     return loaded;
+}
+
+const char* roleOf(const std::string& file, const Capture& capture) {
+    if (file == capture.frame.files[0]) return file == capture.depthPath ? "file" : "picture";
+    if (file == capture.depthPath) return "depth file";
+    return std::filesystem::path(file).extension() == ".json" ? "sidecar" : "light map";
 }
 
 std::shared_ptr<const Inspection> inspectFrame(const LoadedFrame& frame) {

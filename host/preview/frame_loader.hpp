@@ -84,6 +84,10 @@ class FrameLoader {
     std::thread thread_;
 };
 
+/// What a file of a frame is: "picture", "depth file", "sidecar", "light map", or "file", which is picture
+/// and depth.
+const char* roleOf(const std::string& file, const Capture& capture);
+
 /// Reads one frame as `brume apply` would; integers of unstated meaning by the likeliest reading. Throws
 /// Error (Io).
 std::shared_ptr<const LoadedFrame> loadFrame(const FrameFiles& files, size_t index,

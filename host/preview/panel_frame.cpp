@@ -34,7 +34,7 @@ void drawFacts(App& app) {
     ImGui::TableSetupColumn("label", ImGuiTableColumnFlags_WidthFixed, 84);
     ImGui::TableSetupColumn("fact", ImGuiTableColumnFlags_WidthStretch);
     for (const std::string& file : frame.files)
-        labelledRow("file", std::filesystem::path(file).filename().string());
+        labelledRow(roleOf(file, loaded.capture), std::filesystem::path(file).filename().string());
     labelledRow("size", text(frame.size().width, " × ", frame.size().height, " px"));
     const Camera& c = frame.camera;
     labelledRow("view", printed("%.1f°", degreesOf(frame.size().width, c.fx)) + " × " +

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "frame/write.hpp"
 #include "host/program.hpp"
 #include "preview/display.hpp"
+#include "preview/frame_loader.hpp"
 #include "preview/picture_view.hpp"
 #include "preview/probe.hpp"
 #include "preview/renderer.hpp"
@@ -89,6 +91,24 @@ TEST(Smaller, KeepsTheView) {
     const cv::Vec3d q = half.frame.camera.resized(half.frame.statedSize(), half.frame.size()).ray(10, 15);
     EXPECT_LT(cv::norm(p - q), 1e-12);
     EXPECT_EQ(whole.time, small.time);
+}
+
+class Roles : public test::Program {};
+TEST_F(Roles, EachFileOfAFrameHasAName) {
+    addFrame("both.exr", {8, 6});
+    FramePair frame = test::sampleFrame({8, 6});
+    writeImage(path("a.png"), frame.color);
+    writeImage(path("a.depth.exr"), frame.depth, {.isData = true});
+    writeImage(path("sun.exr"), frame.depth, {.isData = true});
+    addText("a.json", R"({"lights": [{"shadow_map": "sun.exr"}]})");
+    const auto roles = [&](const char* name) {
+        std::vector<std::string> all;
+        const auto loaded = loadFrame({path(name), "", {}, ""}, 0, {}, 24);
+        for (const std::string& file : loaded->frame.files) all.push_back(roleOf(file, loaded->capture));
+        return all;
+    };
+    EXPECT_THAT(roles("both.exr"), testing::ElementsAre("file"));
+    EXPECT_THAT(roles("a.png"), testing::ElementsAre("picture", "depth file", "sidecar", "light map"));
 }
 
 TEST(Watcher, SeesWritingReplacingAndVanishing) {
