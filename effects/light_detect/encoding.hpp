@@ -11,7 +11,7 @@ namespace light_detect {
 
 // Vectors as long as registers are, what is looked up by their elements, and the way from planes to pixels.
 struct Sixteen {
-    typedef float Vector __attribute__((vector_size(64), aligned(4), may_alias));
+    typedef blur::Four Vector;
     typedef int Bits __attribute__((vector_size(64), aligned(4), may_alias));
     typedef unsigned Unsigned __attribute__((vector_size(64), aligned(4), may_alias));
     static constexpr int count = 16;
@@ -36,7 +36,7 @@ struct Sixteen {
     }
 };
 struct Eight {
-    typedef float Vector __attribute__((vector_size(32), aligned(4), may_alias));
+    typedef blur::Two Vector;
     typedef int Bits __attribute__((vector_size(32), aligned(4), may_alias));
     typedef unsigned Unsigned __attribute__((vector_size(32), aligned(4), may_alias));
     static constexpr int count = 8;
@@ -48,7 +48,7 @@ struct Eight {
         return isHigh ? high : low;
     }
     static BRUME_INLINE void toPixels(float* to, const float* planes, int stride) {
-        typedef float Pixel __attribute__((vector_size(16), aligned(4), may_alias));
+        typedef blur::One Pixel;
         for (int i = 0; i < count; i += 4) {
             const auto of = [&](int n) __attribute__((always_inline)) {
                 return *reinterpret_cast<const Pixel*>(planes + n * stride + i);
