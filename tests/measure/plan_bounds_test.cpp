@@ -145,7 +145,7 @@ TEST(PlanBounds, RaysOfKilometresInDenseFogAreHeldOrForetold) {
     const auto pixels = sampleGrid(frame.size(), 200).pixels;
     int held = 0, foretold = 0;
     for (
-        const std::string& fog :
+        const std::string fog :
         {R"("density": 0.05)", R"("density": 0.02, "noise": "additive", "noise_size": 100)",
          R"("density": 0.014, "noise": "subtractive", "noise_size": 3.3, "noise_every": 12)",
          R"("density": 0.07, "height_falloff": "exponential", "height_start": 15, "height_distance": 0.5)"}) {
