@@ -73,7 +73,7 @@
     "the kernel is negative beyond 3.7 radii: dark rings of .43 % of a bright light's height",
     "a separable pair is not round: 7.7 times brighter on the axes than on the diagonals at 3.7 radii",
     "bilinear rings below radius 1, where its poles tend to -1, and is off by .14 there; hold by .02",
-    "decimated is recursive below radius 6.8",
+    "decimated is recursive below radius 6.2",
     "replicated edges keep constants but not the mean"
   ],
   "STABILITY": [
