@@ -178,10 +178,14 @@ void reference(const BesselBlur& p, const ReferenceContext& c, std::span<const c
 
 // --- plan
 
+// FIRs of larger radii are not the cheapest.
+constexpr double longestTried = 1.6;
+
 // L1 norm of a method's kernel less the true one, as measured for the plan.
 double kernelError(const BesselBlur& p, double radius) {
     if (p.method == hold) return std::min(.4, .06 / (radius * radius));
-    return std::max(1e-6, statedError(p, radius));  // rounding
+    constexpr double rounding = 1e-6;
+    return p.method == fir ? statedError(p, radius) + rounding : std::max(rounding, statedError(p, radius));
 }
 
 // Frame copies on the CPU with two threads; `reach` of the FIR, or of the recursion's bands (0: it has none).
@@ -214,8 +218,8 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         const BesselBlur blur{p.radius, float(tolerance), method};
         // A tolerance that was asked for holds for what is chosen.
         const double error = kernelError(blur, radius);
-        if (!in.chooses("tolerance") && in.chooses("method") && error > 1.001 * p.tolerance &&
-            method != recursive)
+        if (!in.chooses("tolerance") && in.chooses("method") && method != fir && method != recursive &&
+            error > 1.001 * p.tolerance)
             return;
         const int reach = method == fir ? int(blur::besselTaps(radius, tolerance).size()) - 1
                                         : cascadeNumbersOf(blur, in.scene).reach;
@@ -224,8 +228,29 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
                                in.frame.size.area()});
         if (factorOf(blur, in.scene) > 1) choices.back().likely = blur::likelihoodDecimated;
     };
-    // A little less than would show: rounded to fp32 it must not be more.
-    offer(fir, "fir", std::clamp(.999 * unseen.error(1), 1e-6, 1e-3), 1);
+    // The shortest that does not show; one that cannot, as far as the bounds go, is the last.
+    const double surely = std::clamp(.999 * unseen.error(1) - 1e-6, 1e-6, 1e-3);
+    const blur::Half whole = blur::besselWhole(radius);
+    const double coarsest = !in.chooses("tolerance") ? double(p.tolerance)
+                            : radius > longestTried  ? surely
+                                                     : 1e-3;
+    for (double tolerance = coarsest;; tolerance = std::max(.999 * tolerance, surely)) {
+        const size_t before = choices.size();
+        const blur::Cut cut = blur::besselCut(whole, tolerance);
+        // Rounded to fp32 it must not be less.
+        if (in.chooses("tolerance")) tolerance = std::clamp(1.0001 * cut.error, 1e-6, tolerance);
+        offer(fir, "fir", tolerance, 1);
+        if (choices.size() == before || !in.chooses("tolerance")) break;
+        blur::Choice& choice = choices.back();
+        if (radius <= longestTried) {
+            const int reach = int(whole.size()) - 1;
+            choice.kernel = {{blur::ShortKernel::whole(cut.taps, reach)},
+                             blur::ShortKernel::whole(whole, reach)};
+        }
+        choice.share = unseen.share(choice);
+        if (choice.share <= 1 || tolerance <= surely) break;
+        choices.pop_back();
+    }
     offer(recursive, "recursive", 1e-3, 4);
     // The coarsest that does not show.
     int factor = blur::besselFactor(radius, in.chooses("tolerance") ? 1e-3 : double(p.tolerance));

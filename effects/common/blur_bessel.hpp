@@ -49,17 +49,37 @@ inline Exponentials besselBilinear(double radius) {
     return forwardAndBackward(g0, b, pole);
 }
 
-/// Taps out to where what is cut off changes a separable pair by at most `tolerance`.
-inline Half besselTaps(double radius, double tolerance) {
-    Exponentials e = besselExponentials(radius);
-    if (e.terms.empty()) return {1};
-    int last = 1 + int(12 * besselTau(radius));  // the tail beyond is 1e-8
+/// The kernel's taps out to where there is 1e-8 beyond.
+inline Half besselWhole(double radius) {
+    const Exponentials e = besselExponentials(radius);
     Half half;
-    for (int t = 0; t <= last; t++) half.push_back(e.at(t));
-    double tail = 0;
-    while (half.size() > 1 && 4 * (tail + 2 * std::abs(half.back())) <= tolerance)
-        tail += 2 * std::abs(half.back()), half.pop_back();
-    return normalised(half);
+    for (int t = 0, last = e.terms.empty() ? 0 : 1 + int(12 * besselTau(radius)); t <= last; t++)
+        half.push_back(e.at(t));
+    return half;
+}
+
+/// The fewest taps that keep a separable pair's error (L1) within `tolerance`, and what it is: what lies
+/// beyond them is missing, and of what they are its sum is made up for.
+struct Cut {
+    Half taps = {1};
+    double error = 0;
+};
+inline Cut besselCut(const Half& whole, double tolerance) {
+    double norm = 0, missing = 0, sum = 0;
+    for (size_t t = 0; t < whole.size(); t++) norm += (t ? 2 : 1) * std::abs(whole[t]);
+    Cut cut;
+    size_t size = whole.size();
+    for (size_t t = whole.size() - 1; t > 0; t--) {
+        missing += 2 * std::abs(whole[t]), sum += 2 * whole[t];
+        const double axis = missing + (norm - missing) * std::abs(sum / (1 - sum)),
+                     error = axis * (2 * norm + axis);
+        if (error <= tolerance) size = t, cut.error = error;
+    }
+    cut.taps = normalised(Half(whole.begin(), whole.begin() + ptrdiff_t(size)));
+    return cut;
+}
+inline Half besselTaps(double radius, double tolerance) {
+    return besselCut(besselWhole(radius), tolerance).taps;
 }
 
 /// What a decimated pair errs by: what is left of the kernel's spectrum, ω^-4, beyond the small image's.

@@ -28,11 +28,15 @@ inline Half gaussianTaps(double sigma, int reach) {
     return normalised(half);
 }
 
-/// The reach beyond which a Gaussian's tails, moved to its middle by normalising, change a separable pair by
-/// at most `tolerance` (L1): both tails of both axes, each counted twice.
+/// What a separable pair of Gaussians cut at `reach` errs by at most (L1): both tails of both axes, moved to
+/// the middle by normalising, so each counted twice.
+inline double gaussianCutError(double sigma, int reach) {
+    return std::erfc((reach + .5) / (sigma * std::numbers::sqrt2)) * 4;
+}
+/// The least reach that errs by at most `tolerance`.
 inline int gaussianReach(double sigma, double tolerance) {
     int reach = 0;
-    while (std::erfc((reach + .5) / (sigma * std::numbers::sqrt2)) * 4 > tolerance) reach++;
+    while (gaussianCutError(sigma, reach) > tolerance) reach++;
     return reach;
 }
 

@@ -15,7 +15,7 @@ inline void choose(brume::Plan& plan, const brume::PlanInput& in, const Unseen& 
     const Choice *best = nullptr, *safest = nullptr;
     double bestShare = 0, safestShare = HUGE_VAL;
     for (const Choice& choice : choices) {
-        const double share = unseen.share(choice);
+        const double share = choice.share >= 0 ? choice.share : unseen.share(choice);
         if (!safest || share < safestShare) safest = &choice, safestShare = share;
         if (share <= 1 && (!best || choice.cost < best->cost)) best = &choice, bestShare = share;
     }

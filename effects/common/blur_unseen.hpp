@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "common/blur_tried.hpp"
 #include "effect/plan.hpp"
 
 namespace blur {
@@ -36,6 +37,8 @@ struct Choice {
     double cost = 0;  ///< frame copies
     AxisError axis = {};
     double likely = likelihood;  ///< of the bounds
+    ShortKernel kernel = {};     ///< to be tried on the picture; empty: too long, or not known
+    double share = -1;           ///< Unseen::share, where it was asked for
 };
 
 /// The kernel that is wanted: along either axis the same, and symmetric.
@@ -52,7 +55,8 @@ struct Wanted {
 /// tile.
 class Unseen {
   public:
-    Unseen(const brume::PlanInput& in, const Wanted& wanted) : wanted_(wanted) {
+    /// Keeps `in`.
+    Unseen(const brume::PlanInput& in, const Wanted& wanted) : in_(in), wanted_(wanted) {
         const auto& bounds = in.input;
         double positive = 0, negative = 0;  // parts of the kernel, along one axis
         for (double step = 1. / 64, x = step / 2; x < wanted.reach; x += step) {
@@ -104,14 +108,48 @@ class Unseen {
     /// How much of what does not show a choice takes: more than 1 may show.
     double share(const Choice& choice) const {
         const double all = choice.likely / likelihood * choice.error / std::max(error(choice.peak), 1e-30);
-        if (all <= 1 || !choice.axis.beyond || lowest_.empty()) return all;
-        const std::vector<double> ranges = byRangesAlong(choice), lights = byLightsAlong(choice);
-        double share = 0;
-        for (size_t k = 0; k < places_.size(); k++) share = std::max(share, std::min(ranges[k], lights[k]));
-        return std::min(all, share);
+        if (all <= 1 || lowest_.empty()) return all;
+        std::vector<double> shares;
+        for (const Place& p : places_)
+            shares.push_back(choice.likely * choice.error /
+                             std::max({p.byRange, p.bySum / choice.peak, 1e-30}));
+        if (choice.axis.beyond) {
+            const std::vector<double> ranges = byRangesAlong(choice), lights = byLightsAlong(choice);
+            for (size_t k = 0; k < shares.size(); k++)
+                shares[k] = std::min({shares[k], ranges[k], lights[k]});
+        }
+        if (!choice.kernel.rows.empty()) tryWhereItMayShow(choice.kernel, shares);
+        return *std::max_element(shares.begin(), shares.end());
     }
 
   private:
+    // Replaces the shares above 1 of a few tiles by those of the picture as it is, the worst first, up to the
+    // first that does show.
+    void tryWhereItMayShow(const ShortKernel& kernel, std::vector<double>& shares) const {
+        constexpr int tile = brume::ImageBounds::tile, mostTiles = 256;
+        if (in_.color.size() != in_.scene.size) return;
+        struct Doubtful {
+            double share;
+            size_t place;
+        };
+        std::vector<Doubtful> doubtful;
+        for (size_t k = 0; k + 2 < shares.size(); k += 3)
+            if (const double share = std::max({shares[k], shares[k + 1], shares[k + 2]}); share > 1)
+                doubtful.push_back({share, k});
+        if (doubtful.size() > mostTiles) return;
+        std::sort(doubtful.begin(), doubtful.end(),
+                  [](const Doubtful& a, const Doubtful& b) { return a.share > b.share; });
+        const int columns = lowest_.cols - 2;
+        for (const Doubtful& d : doubtful) {
+            const int at = int(d.place / 3);
+            const cv::Rect area = cv::Rect(at % columns * tile, at / columns * tile, tile, tile) &
+                                  cv::Rect({0, 0}, in_.color.size());
+            const double share = showsWithin(in_, kernel, area) / in_.tolerance;
+            for (size_t n = 0; n < 3; n++) shares[d.place + n] = share;
+            if (share > 1) return;
+        }
+    }
+
     // Where the error is E = e⊗k + k⊗e, e along one axis beside the wanted k along the other, at each place:
     // e adds up to 0, so of the pixels along its axis only their range counts; nearby half of it, farther
     // off, against the middle of what is near, all of it. Of these ranges k then takes its mean.
@@ -238,6 +276,7 @@ class Unseen {
             return weights;
         }
     };
+    const brume::PlanInput& in_;
     std::vector<Place> places_;  // of tiles by rows, three channels each; or one for all
     Wanted wanted_;
     double deviation_ = 0;              // of the wanted kernel, in tiles

@@ -192,12 +192,43 @@ void reference(const GaussianBlur& p, const ReferenceContext& c, std::span<const
 
 // --- plan
 
+// Of larger σ the first decimation will do, and trying kernels takes longer.
+constexpr double longestTried = 3.2;
+
+// Larger factors' kernels are long, and their errors near what they are stated to be.
+constexpr int largestTabulated = 4;
+
+// Of fir and decimated.
+blur::ShortKernel kernelOf(int method, double sigma, double tolerance) {
+    using blur::ShortKernel;
+    const int reach = int(std::ceil(8.5 * sigma));
+    const std::vector<double> wanted = ShortKernel::whole(blur::gaussianTaps(sigma, reach), reach);
+    if (method == decimated) {
+        const blur::Decimation d = blur::gaussianDecimation(sigma, tolerance);
+        if (d.factor > 1)
+            return {blur::decimatedRows(d, blur::gaussianSmallTaps(sigma, tolerance), reach), wanted};
+    }
+    const blur::Half taps = blur::gaussianTaps(sigma, blur::gaussianReach(sigma, tolerance));
+    return {{ShortKernel::whole(taps, reach)}, wanted};
+}
+
 // L1 norm of a method's kernel less the true one, as measured for the plan (statedError bounds what a check
 // allows, which includes rounding).
 double kernelError(int method, double sigma, double tolerance) {
     if (method == recursive) return 3e-5;
     if (method != decimated) return statedError({0, float(tolerance), method}, sigma);
-    return blur::gaussianFactor(sigma, tolerance) == 1 ? tolerance : std::min(tolerance, 1e-3);
+    const blur::Decimation d = blur::gaussianDecimation(sigma, tolerance);
+    if (d.factor == 1) return tolerance;
+    if (d.factor > largestTabulated) return std::min(tolerance, 1e-3);
+    // Mostly far less than the tolerance, which is kept from a least σ of the factor on.
+    const blur::ShortKernel kernel = kernelOf(method, sigma, tolerance);
+    double worst = 0;
+    for (const std::vector<double>& row : kernel.rows) {
+        double axis = 0;
+        for (size_t k = 0; k < row.size(); k++) axis += std::abs(row[k] - kernel.wanted[k]);
+        worst = std::max(worst, axis);
+    }
+    return std::clamp(worst * (2 + worst), 1e-6, tolerance);
 }
 
 // Frame copies on the CPU at 1920×1080 with two threads. Decimated by 1 is a FIR.
@@ -250,11 +281,31 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
         if (method == decimated && blur::gaussianFactor(sigma, tolerance) > 1)
             choices.back().likely = blur::likelihoodDecimated;
     };
-    // A little less than would show: rounded to fp32 it must not be more.
-    offer(fir, "fir", std::clamp(.999 * unseen.error(1.5), 1e-6, 1e-3), 1.5);
+    auto tryIt = [&](blur::Choice& choice) {
+        if (sigma <= longestTried) choice.kernel = kernelOf(choice.method, sigma, choice.tolerance);
+        choice.share = unseen.share(choice);
+    };
+    // The shortest FIR that does not show; one that cannot, as far as the bounds go, is the last. A little
+    // less than would show: rounded to fp32 it must not be more.
+    const double surely = std::clamp(.999 * unseen.error(1.5), 1e-6, 1e-3);
+    int reach = blur::gaussianReach(sigma, sigma > longestTried || !in.chooses("tolerance") ? surely : 1e-3);
+    for (bool isLast = false; !isLast; reach++) {
+        const double tolerance = std::clamp(1.0001 * blur::gaussianCutError(sigma, reach), surely, 1e-3);
+        const size_t before = choices.size();
+        offer(fir, "fir", tolerance, 1.5);
+        if (choices.size() == before) break;
+        tryIt(choices.back());
+        isLast = choices.back().share <= 1 || tolerance <= surely || !in.chooses("tolerance");
+        if (!isLast) choices.pop_back();
+    }
     offer(recursive, "recursive", 1e-3, 4);
     // Tolerances that stay from frame to frame where these will do.
-    for (double tolerance : {1e-3, 1e-4, 1e-5}) offer(decimated, "decimated", tolerance, 3);
+    for (double tolerance : {1e-3, 1e-4, 1e-5}) {
+        const size_t before = choices.size();
+        offer(decimated, "decimated", tolerance, 3);
+        if (choices.size() > before && tolerance == 1e-3 && blur::gaussianFactor(sigma, tolerance) > 1)
+            tryIt(choices.back());
+    }
     const double ratio = blur::likelihood / blur::likelihoodDecimated;
     offer(decimated, "decimated", std::clamp(.999 * ratio * unseen.error(3), 1e-5, 1e-3), 3);
     offer(box, "box", 1e-3, 4);

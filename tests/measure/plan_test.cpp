@@ -138,7 +138,7 @@ TEST(Plan, NoFogIsSkippedUnlessSomebodyReadsItsTransmittance) {
 TEST(Plan, ABlurIsMoreExactBeforeWhatAmplifiesIt) {
     const FramePair frame = planFrames()[0];
     const std::string blur =
-        R"({"effect": "gaussian_blur", "radius": 3, "method": "fir", "tolerance": "auto", "output": "glow"})";
+        R"({"effect": "gaussian_blur", "radius": 4, "method": "fir", "tolerance": "auto", "output": "glow"})";
     auto tolerance = [&](const std::string& strength) {
         return decisionsOf("[" + blur +
                                R"(, {"effect": "blend", "second": "glow", "mode": "add", "strength": )" +
