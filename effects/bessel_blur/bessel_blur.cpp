@@ -18,6 +18,7 @@
 #include "common/blur_bessel.hpp"
 #include "common/blur_plan.hpp"
 #include "common/blur_reference.hpp"
+#include "common/blur_tried.hpp"
 #include "common/cascade.hpp"
 #include "common/decimated.hpp"
 #include "common/recursion.hpp"
@@ -198,6 +199,29 @@ double costOf(int method, int factor, int reach, bool isSmall) {
     return (isSmall ? 1.3 + .5 / factor : .98 + 1. / factor) + recursion / (factor * factor);
 }
 
+// The captured picture.
+cv::Mat blurredBy(const BesselBlur& p, const PlanInput& in) {
+    const std::pair<const char*, std::vector<double> (*)(const BesselBlur&, const DeriveContext&)>
+        constants[] = {{"factor", factor},
+                       {"prefilter", prefilter},
+                       {"enlarging", enlarging},
+                       {"poles", poles},
+                       {"poleOrigin", poleOrigin},
+                       {"centerTap", centerTap},
+                       {"cascadeReach", cascadeReach},
+                       {"cascade", cascade}};
+    DerivedValues derived;
+    for (const auto& [name, constant] : constants) {
+        const std::vector<double> numbers = constant(p, in.scene);
+        derived[name].assign(numbers.begin(), numbers.end());
+    }
+    CpuContext context;
+    context.input = in.color, context.derivedValues = &derived;
+    context.output.create(in.color.size(), CV_32FC4);
+    run(p, context);
+    return context.output;
+}
+
 Plan plan(const BesselBlur& p, const PlanInput& in) {
     Plan plan;
     // It overshoots beside edges, by the weight of the kernel's negative parts.
@@ -228,6 +252,8 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
                                in.frame.size.area()});
         if (factorOf(blur, in.scene) > 1) choices.back().likely = blur::likelihoodDecimated;
     };
+    offer(recursive, "recursive", 1e-3, 4);
+    for (blur::Choice& exact : choices) exact.share = unseen.share(exact);
     // The shortest that does not show; one that cannot, as far as the bounds go, is the last.
     const double surely = std::clamp(.999 * unseen.error(1) - 1e-6, 1e-6, 1e-3);
     const blur::Half whole = blur::besselWhole(radius);
@@ -242,24 +268,38 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         offer(fir, "fir", tolerance, 1);
         if (choices.size() == before || !in.chooses("tolerance")) break;
         blur::Choice& choice = choices.back();
-        if (radius <= longestTried) {
+        if (radius <= longestTried && blur::isCheapest(choices)) {
             const int reach = int(whole.size()) - 1;
-            choice.kernel = {{blur::ShortKernel::whole(cut.taps, reach)},
-                             blur::ShortKernel::whole(whole, reach)};
+            const blur::ShortKernel kernel = {{blur::ShortKernel::whole(cut.taps, reach)},
+                                              blur::ShortKernel::whole(whole, reach)};
+            choice.shows = [&in, kernel](const cv::Rect& area) {
+                return blur::showsWithin(in, kernel, area);
+            };
         }
         choice.share = unseen.share(choice);
         if (choice.share <= 1 || tolerance <= surely) break;
         choices.pop_back();
     }
-    offer(recursive, "recursive", 1e-3, 4);
-    // The coarsest that does not show.
+    // The coarsest that does not show. Its kernel is long: the whole picture is tried, where tiles leave a
+    // doubt.
+    cv::Mat truth;
     int factor = blur::besselFactor(radius, in.chooses("tolerance") ? 1e-3 : double(p.tolerance));
     do {
         offer(decimated, "decimated", blur::besselTolerance(radius, factor), 4);
         if (factor == 1 || choices.empty() || choices.back().method != decimated) break;
-        choices.back().axis = blur::besselAxisError(radius, factor);
+        blur::Choice& choice = choices.back();
+        choice.axis = blur::besselAxisError(radius, factor);
+        if (blur::isCheapest(choices)) {
+            choice.mostTiles = SIZE_MAX;
+            choice.shows = [&, made = cv::Mat(), tolerance = choice.tolerance](const cv::Rect& area) mutable {
+                if (truth.empty()) truth = blurredBy({p.radius, 1e-3f, recursive}, in);
+                if (made.empty()) made = blurredBy({p.radius, float(tolerance), decimated}, in);
+                return 1.1 * blur::looksApart(in, made, truth, area);  // both are rounded
+            };
+        }
+        choice.share = unseen.share(choice);
     } while (in.chooses("tolerance") && blur::besselTolerance(radius, factor) > 1e-6 &&
-             unseen.share(choices.back()) > 1 && --factor > 1);
+             choices.back().share > 1 && --factor > 1);
     offer(hold, "hold", 1e-3, 4);
     offer(bilinear, "bilinear", 1e-3, 4);
     blur::choose(plan, in, unseen, choices);

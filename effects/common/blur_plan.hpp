@@ -1,12 +1,20 @@
 // Which way of blurring is the cheapest that nobody can tell from the truth on this frame (MODELS.md §9).
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "common/blur_unseen.hpp"
 #include "error.hpp"
 
 namespace blur {
+
+/// Whether the last would be chosen if it did not show: what a trial is for.
+inline bool isCheapest(const std::vector<Choice>& choices) {
+    return std::none_of(choices.begin(), choices.end() - 1, [&](const Choice& other) {
+        return other.share >= 0 && other.share <= 1 && other.cost <= choices.back().cost;
+    });
+}
 
 /// Fills choice, prediction and reason: the cheapest of `choices` whose error does not show, or else the most
 /// exact.

@@ -7,7 +7,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "common/blur_tried.hpp"
 #include "effect/plan.hpp"
 
 namespace blur {
@@ -37,8 +36,11 @@ struct Choice {
     double cost = 0;  ///< frame copies
     AxisError axis = {};
     double likely = likelihood;  ///< of the bounds
-    ShortKernel kernel = {};     ///< to be tried on the picture; empty: too long, or not known
-    double share = -1;           ///< Unseen::share, where it was asked for
+    /// How far from what is wanted it looks at most within a part of the captured picture, where that can be
+    /// tried; of so many tiles.
+    std::function<double(const cv::Rect&)> shows = {};
+    size_t mostTiles = 256;
+    double share = -1;  ///< Unseen::share, where it was asked for
 };
 
 /// The kernel that is wanted: along either axis the same, and symmetric.
@@ -118,15 +120,15 @@ class Unseen {
             for (size_t k = 0; k < shares.size(); k++)
                 shares[k] = std::min({shares[k], ranges[k], lights[k]});
         }
-        if (!choice.kernel.rows.empty()) tryWhereItMayShow(choice.kernel, shares);
+        if (choice.shows) tryWhereItMayShow(choice, shares);
         return *std::max_element(shares.begin(), shares.end());
     }
 
   private:
     // Replaces the shares above 1 of a few tiles by those of the picture as it is, the worst first, up to the
     // first that does show.
-    void tryWhereItMayShow(const ShortKernel& kernel, std::vector<double>& shares) const {
-        constexpr int tile = brume::ImageBounds::tile, mostTiles = 256;
+    void tryWhereItMayShow(const Choice& choice, std::vector<double>& shares) const {
+        constexpr int tile = brume::ImageBounds::tile;
         if (in_.color.size() != in_.scene.size) return;
         struct Doubtful {
             double share;
@@ -136,7 +138,7 @@ class Unseen {
         for (size_t k = 0; k + 2 < shares.size(); k += 3)
             if (const double share = std::max({shares[k], shares[k + 1], shares[k + 2]}); share > 1)
                 doubtful.push_back({share, k});
-        if (doubtful.size() > mostTiles) return;
+        if (doubtful.size() > choice.mostTiles) return;
         std::sort(doubtful.begin(), doubtful.end(),
                   [](const Doubtful& a, const Doubtful& b) { return a.share > b.share; });
         const int columns = lowest_.cols - 2;
@@ -144,7 +146,7 @@ class Unseen {
             const int at = int(d.place / 3);
             const cv::Rect area = cv::Rect(at % columns * tile, at / columns * tile, tile, tile) &
                                   cv::Rect({0, 0}, in_.color.size());
-            const double share = showsWithin(in_, kernel, area) / in_.tolerance;
+            const double share = choice.shows(area) / in_.tolerance;
             for (size_t n = 0; n < 3; n++) shares[d.place + n] = share;
             if (share > 1) return;
         }

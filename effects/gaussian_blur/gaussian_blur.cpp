@@ -18,6 +18,7 @@
 #include "common/blur_gaussian.hpp"
 #include "common/blur_plan.hpp"
 #include "common/blur_reference.hpp"
+#include "common/blur_tried.hpp"
 #include "common/box.hpp"
 #include "common/decimated.hpp"
 #include "common/dual_filter.hpp"
@@ -282,7 +283,9 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
             choices.back().likely = blur::likelihoodDecimated;
     };
     auto tryIt = [&](blur::Choice& choice) {
-        if (sigma <= longestTried) choice.kernel = kernelOf(choice.method, sigma, choice.tolerance);
+        if (sigma <= longestTried && blur::isCheapest(choices))
+            choice.shows = [&in, kernel = kernelOf(choice.method, sigma, choice.tolerance)](
+                               const cv::Rect& area) { return blur::showsWithin(in, kernel, area); };
         choice.share = unseen.share(choice);
     };
     // The shortest FIR that does not show; one that cannot, as far as the bounds go, is the last. A little

@@ -28,6 +28,7 @@ static brume::PlanInput inputOf(const brume::FramePair& frame) {
     in.color = frame.color;
     return in;
 }
+// By each pixel, where blur::looksApart leaves out what cannot be the most.
 static double looksApart(const brume::PlanInput& in, const cv::Mat& a, const cv::Mat& b,
                          const cv::Rect& area) {
     double most = 0;
@@ -35,6 +36,7 @@ static double looksApart(const brume::PlanInput& in, const cv::Mat& a, const cv:
         for (int x = area.x; x < area.br().x; x++)
             for (int n = 0; n < 3; n++)
                 most = std::max(most, in.visible(a.at<cv::Vec4f>(y, x)[n], b.at<cv::Vec4f>(y, x)[n]));
+    EXPECT_EQ(blur::looksApart(in, a, b, area), most);
     return most;
 }
 
@@ -114,6 +116,32 @@ TEST(BlurTried, AFirIsAsShortAsThePictureAllows) {
         if (size == 15) {
             EXPECT_GT(looksApart(in, onCpu({"bessel_blur", "fir", 1, 1e-3}, image), truth, all), in.tolerance)
                 << "nothing to be careful about";
+        }
+    }
+}
+
+// Where the kernel passes through 0, some 4 radii beside lamps, all that is left may be its error.
+TEST(BlurTried, ABesselIsDecimatedAsFarAsDoesNotShow) {
+    for (const auto& [radius, factor] : {std::pair(7., 2), {10., 3}}) {
+        const auto lamp = planOf("bessel_blur", radius, frameOf(lampNearADarkWall()));
+        EXPECT_EQ(number(lamp, "method"), 2) << radius;
+        EXPECT_EQ(blur::besselFactor(radius, number(lamp, "tolerance")), factor) << radius;
+        cv::Mat lamps(160, 240, CV_32FC4, cv::Scalar(.0005, .0005, .0005, 1));
+        for (int k = 0; k < 12; k++)
+            lamps(cv::Rect(20 * k, 13 * k % 150, 3, 3)).setTo(cv::Scalar(3000, 300, 30, 1));
+        const brume::FramePair frame = frameOf(lamps);
+        const brume::PlanInput in = inputOf(frame);
+        const cv::Mat truth = onCpu({"bessel_blur", "recursive", radius}, lamps);
+        auto shows = [&](double tolerance) {
+            return looksApart(in, onCpu({"bessel_blur", "decimated", radius, tolerance}, lamps), truth,
+                              cv::Rect({0, 0}, lamps.size()));
+        };
+        EXPECT_GT(shows(1e-3), in.tolerance) << radius << ": nothing to be careful about";
+        const auto chain = planOf("bessel_blur", radius, frame);
+        if (number(chain, "method") == 2) {
+            EXPECT_LE(shows(number(chain, "tolerance")), in.tolerance) << radius;
+        } else {
+            EXPECT_EQ(number(chain, "method"), 1) << radius;
         }
     }
 }
