@@ -255,7 +255,8 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
     offer(recursive, "recursive", 1e-3, 4);
     for (blur::Choice& exact : choices) exact.share = unseen.share(exact);
     // The shortest that does not show; one that cannot, as far as the bounds go, is the last.
-    const double surely = std::clamp(.999 * unseen.error(1) - 1e-6, 1e-6, 1e-3);
+    const double surely =
+        std::clamp(.999 * blur::likelihood / blur::likelihoodExact * unseen.error(1) - 1e-6, 1e-6, 1e-3);
     const blur::Half whole = blur::besselWhole(radius);
     const double coarsest = !in.chooses("tolerance") ? double(p.tolerance)
                             : radius > longestTried  ? surely
@@ -266,8 +267,10 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         // Rounded to fp32 it must not be less.
         if (in.chooses("tolerance")) tolerance = std::clamp(1.0001 * cut.error, 1e-6, tolerance);
         offer(fir, "fir", tolerance, 1);
-        if (choices.size() == before || !in.chooses("tolerance")) break;
+        if (choices.size() == before) break;
         blur::Choice& choice = choices.back();
+        choice.likely = blur::likelihoodExact;
+        if (!in.chooses("tolerance")) break;
         if (radius <= longestTried && blur::isCheapest(choices)) {
             const int reach = int(whole.size()) - 1;
             const blur::ShortKernel kernel = {{blur::ShortKernel::whole(cut.taps, reach)},

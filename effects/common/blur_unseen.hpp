@@ -16,6 +16,9 @@ namespace blur {
 /// to .15 (`brume check --plan gaussian_blur bessel_blur`). Squares of 16 px drawn by hand, at 10 on black,
 /// come to .98 of a FIR's: there a plan may be off by twice what it says.
 constexpr double likelihood = .5, likelihoodDecimated = .25;
+/// Of a FIR whose error is known to the last tap, not to twice of it: a dark pixel between bright ones comes
+/// to .85 of that.
+constexpr double likelihoodExact = 1;
 
 /// The difference where it is that of one axis, beside the kernel itself along the other; in px. Empty: it is
 /// not, or not known.
