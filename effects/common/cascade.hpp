@@ -43,7 +43,7 @@ BRUME_INLINE StateOf<Wide> turned(const CascadeNumbers& n, const StateOf<Wide>& 
 // isDelta: keep is 1 (Cascade), which no compiler may know without being told.
 template <bool isDelta, class Wide>
 BRUME_INLINE void follow(const CascadeNumbers& n, StateOf<Wide>& s, typename Wide::Four x) {
-    const typename Wide::Four pushed = x - n.pull * s.value;
+    const typename Wide::Four pushed = x + (-n.pull) * s.value;  // x straight from memory
     if constexpr (isDelta)
         s.value = s.value + s.slope;
     else
@@ -113,7 +113,7 @@ BRUME_INLINE bool columnsDownIn(float* const* to, const float* const* rows, cons
         if (i + 16 <= floats)
             run(
                 i, [](const float* at) __attribute__((always_inline)) {
-                    __builtin_prefetch(at + 256);
+                    __builtin_prefetch(at + 96);
                     return Wide::load(at);
                 });
         else
@@ -169,118 +169,108 @@ BRUME_INLINE void columnsPassBy(float* states, const float* const* rows, int flo
 BRUME_WIDE(void, columnsPass, (float* states, const float* const* rows, int floats, const CascadeNumbers& n),
            (states, rows, floats, n))
 
-// Up eight rows of what went down, and along them to the right: laneCount floats a column of eight pixels.
-// Gives the rows' state at their right end, for the way back.
-template <class Wide, bool isDelta>
-BRUME_INLINE void columnsBackwardIn(float* lanes, float* states, float* ends, const float* const* rows,
-                                    int floats, const CascadeNumbers& numbers) {
-    typedef typename Wide::Four Four;
-    const CascadeNumbers n = numbers;
-    StateOf<Wide> along[2] = {};
-    Four last[2] = {};
-    for (int i = 0; i < floats; i += 16) {
-        StateOf<Wide> s = stateAt<Wide>(states, i);
-        Four x[2][4];
-#pragma GCC unroll 8
-        for (int k = cascadeRows - 1; k >= 0; k--) {
-            __builtin_prefetch(rows[k] + i + 128);
-            x[k / 4][k % 4] = advance<isDelta>(n, s, Wide::load(rows[k] + i));
-        }
-        putState<Wide>(states, i, s);
-        for (int half = 0; half < 2; half++) transpose(x[half]);
-        if (i == 0)
-            for (int half = 0; half < 2; half++) along[half] = steady<Wide>(n, x[half][0]);
-        const int count = std::min(4, (floats - i) / 4);
-        auto put = [&](int k) __attribute__((always_inline)) {
-            for (int half = 0; half < 2; half++)
-                Wide::store(lanes + laneCount * (i / 4 + k) + 16 * half,
-                            advance<isDelta>(n, along[half], x[half][k]));
-        };
-        if (count == 4) {
-#pragma GCC unroll 4
-            for (int k = 0; k < 4; k++) put(k);
-        } else {
-            for (int k = 0; k < count; k++) put(k);
-        }
-        for (int half = 0; half < 2; half++) last[half] = x[half][count - 1];
-    }
-    for (int half = 0; half < 2; half++) putState<Wide>(ends, 16 * half, turned(n, along[half], last[half]));
-}
-template <class Wide>
-BRUME_INLINE void columnsBackwardBy(float* lanes, float* states, float* ends, const float* const* rows,
-                                    int floats, const CascadeNumbers& n) {
-    inEitherForm(
-        n, [&](auto isDelta) __attribute__((always_inline)) {
-            columnsBackwardIn<Wide, isDelta>(lanes, states, ends, rows, floats, n);
-        });
-}
-BRUME_WIDE(void, columnsBackward,
-           (float* lanes, float* states, float* ends, const float* const* rows, int floats,
-            const CascadeNumbers& n),
-           (lanes, states, ends, rows, floats, n))
+/// A step up the image by eight rows. Each four pixels' place in `lanes` passes from rows that are finished
+/// to rows that come, which lie in it the other way round (`isMirrored`: from right to left).
+struct CascadeStep {
+    float* lanes;  // laneCount floats a column of eight pixels
+    bool isMirrored;
+    float* states;             // columns'
+    const float* const* rows;  // what went down; null: none comes
+    float* ends;               // rows' states at their right end: in, those finished; out, those that came
+    float* const* out;         // rows that are finished
+    int count;                 // of them
+    int width;
+};
 
-// Back along eight rows, the first `count` of which are wanted. put(to, x) writes four pixels.
+// Up eight rows of what went down and along them to the right, and by turns back along those that came
+// before: by itself writing the image takes as long as computing all that.
 template <class Wide, bool isDelta, class Put>
-BRUME_INLINE void rowsBackwardIn(float* const* out, int count, const float* ends, const float* lanes,
-                                 int width, const CascadeNumbers& numbers, Put put) {
+BRUME_INLINE void columnsBackwardIn(const CascadeStep& step, const CascadeNumbers& numbers, Put put) {
     typedef typename Wide::Four Four;
     const CascadeNumbers n = numbers;
-    StateOf<Wide> along[2] = {stateAt<Wide>(ends, 0), stateAt<Wide>(ends, 16)};
-    int i = (width - 1) / 4 * 4;
-    if (const int rest = width - i; rest < 4) {
+    const int fours = (step.width + 3) / 4, rest = step.width - 4 * (fours - 1);
+    StateOf<Wide> along[2] = {}, back[2] = {stateAt<Wide>(step.ends, 0), stateAt<Wide>(step.ends, 16)};
+    Four last[2] = {};
+    auto finish = [&](int four, const float* from) __attribute__((always_inline)) {
+        for (int half = 0; half < 2; half++) {
+            Four x[4];
+#pragma GCC unroll 4
+            for (int k = 3; k >= 0; k--)
+                x[k] = advance<isDelta>(n, back[half], Wide::load(from + laneCount * k + 16 * half));
+            transpose(x);
+            for (int k = 0; k < 4; k++)
+                if (4 * half + k < step.count) put(step.out[4 * half + k] + 16 * four, x[k]);
+        }
+    };
+    auto finishRest = [&](int four, const float* from) __attribute__((always_inline)) {
         for (int half = 0; half < 2; half++)
             for (int k = rest - 1; k >= 0; k--) {
                 float x[16];
-                Wide::store(
-                    x, advance<isDelta>(n, along[half], Wide::load(lanes + laneCount * (i + k) + 16 * half)));
-                for (int row = 0; row < std::min(4, count - 4 * half); row++)
-                    for (int c = 0; c < 4; c++) out[4 * half + row][4 * (i + k) + c] = x[4 * row + c];
+                Wide::store(x, advance<isDelta>(n, back[half], Wide::load(from + laneCount * k + 16 * half)));
+                for (int row = 0; row < std::min(4, step.count - 4 * half); row++)
+                    for (int c = 0; c < 4; c++)
+                        step.out[4 * half + row][16 * four + 4 * k + c] = x[4 * row + c];
             }
-        i -= 4;
-    }
-    for (; i >= 0; i -= 4)
-        for (int half = 0; half < 2; half++) {
-            Four x[4];
-            const float* at = lanes + laneCount * i + 16 * half;
-#pragma GCC unroll 4
-            for (int k = 3; k >= 0; k--)
-                x[k] = advance<isDelta>(n, along[half], Wide::load(at + laneCount * k));
-            transpose(x);
-            for (int k = 0; k < 4; k++)
-                if (4 * half + k < count) put(out[4 * half + k] + 4 * i, x[k]);
+    };
+    auto come = [&](int four, float* to, int count) __attribute__((always_inline)) {
+        const int i = 16 * four;
+        StateOf<Wide> s = stateAt<Wide>(step.states, i);
+        Four x[2][4];
+#pragma GCC unroll 8
+        for (int k = cascadeRows - 1; k >= 0; k--) {
+            __builtin_prefetch(step.rows[k] + i + 64);
+            x[k / 4][k % 4] = advance<isDelta>(n, s, Wide::load(step.rows[k] + i));
         }
+        putState<Wide>(step.states, i, s);
+        for (int half = 0; half < 2; half++) transpose(x[half]);
+        if (four == 0)
+            for (int half = 0; half < 2; half++) along[half] = steady<Wide>(n, x[half][0]);
+#pragma GCC unroll 4
+        for (int k = 0; k < count; k++)
+            for (int half = 0; half < 2; half++)
+                Wide::store(to + laneCount * k + 16 * half, advance<isDelta>(n, along[half], x[half][k]));
+        for (int half = 0; half < 2; half++) last[half] = x[half][count - 1];
+    };
+    for (int t = 0; t < fours; t++) {
+        const int other = fours - 1 - t;
+        float* const place = step.lanes + 4 * laneCount * (step.isMirrored ? other : t);
+        if (step.count > 0) {
+            if (t > 0 || rest == 4)
+                finish(other, place);
+            else
+                finishRest(other, place);
+        }
+        if (step.rows) {
+            if (other > 0 || rest == 4)
+                come(t, place, 4);
+            else
+                come(t, place, rest);
+        }
+    }
+    for (int half = 0; half < 2 && step.rows; half++)
+        putState<Wide>(step.ends, 16 * half, turned(n, along[half], last[half]));
 }
 template <class Wide, class Put>
-BRUME_INLINE void rowsBackwardTo(float* const* out, int count, const float* ends, const float* lanes,
-                                 int width, const CascadeNumbers& n, Put put) {
+BRUME_INLINE void columnsBackwardTo(const CascadeStep& step, const CascadeNumbers& n, Put put) {
     inEitherForm(
-        n, [&](auto isDelta) __attribute__((always_inline)) {
-            rowsBackwardIn<Wide, isDelta>(out, count, ends, lanes, width, n, put);
-        });
+        n, [&](auto isDelta)
+               __attribute__((always_inline)) { columnsBackwardIn<Wide, isDelta>(step, n, put); });
 }
 template <class Wide>
-BRUME_INLINE void rowsBackwardBy(float* const* out, int count, const float* ends, const float* lanes,
-                                 int width, const CascadeNumbers& n) {
-    rowsBackwardTo<Wide>(
-        out, count, ends, lanes, width, n,
-        [](float* to, auto x) __attribute__((always_inline)) { Wide::store(to, x); });
+BRUME_INLINE void columnsBackwardBy(const CascadeStep& step, const CascadeNumbers& n) {
+    columnsBackwardTo<Wide>(
+        step, n, [](float* to, auto x) __attribute__((always_inline)) { Wide::store(to, x); });
 }
-BRUME_WIDE(void, rowsBackward,
-           (float* const* out, int count, const float* ends, const float* lanes, int width,
-            const CascadeNumbers& n),
-           (out, count, ends, lanes, width, n))
+BRUME_WIDE(void, columnsBackward, (const CascadeStep& step, const CascadeNumbers& n), (step, n))
 #ifdef BRUME_STREAMS_LINES
 // The same past the caches; rows begin where a line of the cache does.
-BRUME_STREAMS_LINES static void rowsBackwardStreamed(float* const* out, int count, const float* ends,
-                                                     const float* lanes, int width, const CascadeNumbers& n) {
-    rowsBackwardTo<Whole>(
-        out, count, ends, lanes, width, n,
-        [](float* to, Four x) __attribute__((always_inline)) { brume::streamLine(to, x); });
+BRUME_STREAMS_LINES static void columnsBackwardStreamed(const CascadeStep& step, const CascadeNumbers& n) {
+    columnsBackwardTo<Whole>(
+        step, n, [](float* to, Four x) __attribute__((always_inline)) { brume::streamLine(to, x); });
 }
-BRUME_STREAMS_HALVES static void rowsBackwardHalved(float* const* out, int count, const float* ends,
-                                                    const float* lanes, int width, const CascadeNumbers& n) {
-    rowsBackwardTo<Halves>(
-        out, count, ends, lanes, width, n, [](float* to, Pair x) __attribute__((always_inline)) {
+BRUME_STREAMS_HALVES static void columnsBackwardHalved(const CascadeStep& step, const CascadeNumbers& n) {
+    columnsBackwardTo<Halves>(
+        step, n, [](float* to, Pair x) __attribute__((always_inline)) {
             brume::streamHalf(to, x.low), brume::streamHalf(to + 8, x.high);
         });
 }
@@ -303,17 +293,19 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int fit = int(cacheBytes / (4 * size_t(room))) - around, tallest = std::max(128, fit),
               each = last / tasks, bands = (each + tallest - 1) / tallest,
               band = (each / std::max(bands, 1) + 15) / 8 * 8, ringRows = band + around;
+    // At a stride of whole 4 KB eight rows would fight for the same few lines of the first cache.
+    const int stride = room % 1024 == 0 ? room + 144 : room;
     const brume::LineStream line = streams ? brume::lineStreamTo(out) : brume::LineStream::none;
     const bool isCopied = streams && line == brume::LineStream::none;
     cv::parallel_for_(
         cv::Range(0, tasks),
         [&](const cv::Range& range) {
             const TinyAsZero tinyAsZero;
-            Scratch ring(size_t(ringRows) * room), finite(size_t(cascadeRows) * room),
+            Scratch ring(size_t(ringRows) * stride), finite(size_t(cascadeRows) * room),
                 states(6 * size_t(room)), lanes(8 * size_t(room)),
                 finished(isCopied ? size_t(cascadeRows) * room : 0);
             float *forward = states.data(), *after = forward + 2 * room, *back = after + 2 * room;
-            auto slot = [&](int y) { return ring.data() + size_t(y % ringRows) * room; };
+            auto slot = [&](int y) { return ring.data() + size_t(y % ringRows) * stride; };
             auto copyRows = [&](int y, int count) {
                 for (int k = 0; k < count; k++) {
                     float* row = finite.data() + size_t(k) * room;
@@ -338,6 +330,26 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
                 }
                 std::swap(forward, after);
             };
+            // Rows wait to be finished until those above come, or not at all where writing is quick.
+            float ends[2 * stateFloats] = {};
+            int waiting = 0, waitingAt = 0;
+            bool isMirrored = false;
+            auto goUp = [&](int y, const float* const* rows) {
+                float* to[cascadeRows];
+                for (int k = 0; k < waiting; k++)
+                    to[k] = isCopied ? finished.data() + size_t(k) * room : out.ptr<float>(waitingAt + k);
+                const CascadeStep step = {lanes.data(), isMirrored, back, rows, ends, to, waiting, width};
+                auto* run = columnsBackward;
+#ifdef BRUME_STREAMS_LINES
+                if (line != brume::LineStream::none)
+                    run = line == brume::LineStream::whole ? columnsBackwardStreamed : columnsBackwardHalved;
+#endif
+                run(step, numbers);
+                for (int k = 0; k < waiting && isCopied; k++)
+                    brume::putRow(out.ptr<float>(waitingAt + k), to[k], size_t(floats), true);
+                isMirrored = !isMirrored;
+                waitingAt = y, waiting = rows ? std::min(cascadeRows, height - y) : 0;
+            };
             for (int t = range.start; t < range.end; t++) {
                 const int begin = last / 8 * t / tasks * 8, end = last / 8 * (t + 1) / tasks * 8;
                 int done = std::max(begin - around, 0);
@@ -357,25 +369,12 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
                             columnsPass(back, rows, floats, numbers);
                             continue;
                         }
-                        float ends[2 * stateFloats];
-                        columnsBackward(lanes.data(), back, ends, rows, floats, numbers);
-                        const int count = std::min(cascadeRows, height - y);
-                        float* to[cascadeRows];
-                        for (int k = 0; k < count; k++)
-                            to[k] = isCopied ? finished.data() + size_t(k) * room : out.ptr<float>(y + k);
-#ifdef BRUME_STREAMS_LINES
-                        if (line != brume::LineStream::none) {
-                            (line == brume::LineStream::whole ? rowsBackwardStreamed : rowsBackwardHalved)(
-                                to, count, ends, lanes.data(), width, numbers);
-                            continue;
-                        }
-#endif
-                        rowsBackward(to, count, ends, lanes.data(), width, numbers);
-                        for (int k = 0; k < count && isCopied; k++)
-                            brume::putRow(out.ptr<float>(y + k), to[k], size_t(floats), true);
+                        goUp(y, rows);
+                        if (!streams) goUp(0, nullptr);
                     }
                 }
             }
+            goUp(0, nullptr);
             if (streams) brume::streamEnd();
         },
         tasks);

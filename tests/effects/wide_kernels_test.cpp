@@ -115,11 +115,17 @@ TEST(WideKernels, RecursionsGiveTheSameBits) {
             columnsTurnBy<Wide>(back.data(), states.data(), rows[7], floats, n);
             const std::vector<float>& made = down;
             columnsPassBy<Wide>(back.data(), rowsOf(made, cascadeRows, room).data(), floats, n);
-            columnsBackwardBy<Wide>(lanes.data(), back.data(), ends.data(),
-                                    rowsOf(made, cascadeRows, room).data(), floats, n);
+            // Eight rows, those again while the first are finished, and all but one of these.
+            const auto come = rowsOf(made, cascadeRows, room);
             float* to[cascadeRows];
             for (int k = 0; k < cascadeRows; k++) to[k] = out + k * floats;
-            rowsBackwardBy<Wide>(to, cascadeRows, ends.data(), lanes.data(), width, n);
+            CascadeStep step = {lanes.data(), false, back.data(), come.data(), ends.data(), to, 0, width};
+            columnsBackwardBy<Wide>(step, n);
+            step.isMirrored = true, step.count = cascadeRows;
+            columnsBackwardBy<Wide>(step, n);
+            for (float*& row : to) row += cascadeRows * floats;
+            step.isMirrored = false, step.rows = nullptr, step.count = cascadeRows - 1;
+            columnsBackwardBy<Wide>(step, n);
         });
     }
 }
