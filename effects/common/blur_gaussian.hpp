@@ -56,7 +56,7 @@ inline Decimation gaussianDecimation(double sigma, double tolerance) {
     };
     // Factors 2, 3, and from 4 on.
     constexpr Way ways[] = {
-        {10, {1.3, 1.52, 1.8, 2.2}}, {8, {1.29, 1.55, 1.93, 2.45}}, {6, {1.45, 1.85, 2.5, 4}}};
+        {10, {1.29, 1.52, 1.8, 2.2}}, {8, {1.29, 1.55, 1.93, 2.45}}, {6, {1.45, 1.85, 2.5, 4}}};
     const double decades = std::clamp(-3 - std::log10(tolerance), 0., 3.);
     const int decade = std::min(int(decades), 2);
     for (int factor = largestFactor; factor > 1; factor--) {

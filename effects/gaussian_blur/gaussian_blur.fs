@@ -119,7 +119,7 @@
     "box has an error of .05 of a bright point's height, and each of its three boxes replicates edges for itself",
     "pascal only knows radii whose square is a multiple of 1/2: below .5 it is the identity",
     "dual_filter's kernel is only near a Gaussian: off by .8 of the brightest input at radius 1, .28 from 2.9 to 106, more beyond, where its taps part; it depends on where a point lies, on the CPU it is a plain, slow twin, and in GLSL without a GPU its many small passes take four times as long as decimated (llvmpipe, 960 × 540, radius 8 and 32: 63 and 74 ms against 19 and 15)",
-    "decimated is fir below radius 2.6 (3.04, 3.6 at tolerances of 1e-4, 1e-5); it depends on where a point lies between small pixels by its error",
+    "decimated is fir below radius 2.58 (3.04, 3.6 at tolerances of 1e-4, 1e-5); it depends on where a point lies between small pixels by its error",
     "replicated edges keep constants but not the mean"
   ],
   "STABILITY": [
