@@ -283,7 +283,8 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
         choices.push_back(
             {method, name, tolerance, error, peak,
              costOf(method, sigma, tolerance, reach) * in.scene.size.area() / in.frame.size.area()});
-        if (method == decimated && blur::gaussianFactor(sigma, tolerance) > 1)
+        // Of tabulated kernels all of the error is known, as of a FIR's: there is none that only others have.
+        if (method == decimated && blur::gaussianFactor(sigma, tolerance) > largestTabulated)
             choices.back().likely = blur::likelihoodDecimated;
     };
     auto tryIt = [&](blur::Choice& choice) {
@@ -313,8 +314,10 @@ Plan plan(const GaussianBlur& p, const PlanInput& in) {
         if (choices.size() > before && tolerance == 1e-3 && blur::gaussianFactor(sigma, tolerance) > 1)
             tryIt(choices.back());
     }
-    const double ratio = blur::likelihood / blur::likelihoodDecimated;
-    offer(decimated, "decimated", std::clamp(.999 * ratio * unseen.error(3), 1e-5, 1e-3), 3);
+    double most = .999 * blur::likelihood / blur::likelihoodDecimated * unseen.error(3);
+    if (blur::gaussianFactor(sigma, std::clamp(most, 1e-5, 1e-3)) <= largestTabulated)
+        most *= blur::likelihoodDecimated / blur::likelihood;
+    offer(decimated, "decimated", std::clamp(most, 1e-5, 1e-3), 3);
     offer(box, "box", 1e-3, 4);
     offer(pascal, "pascal", 1e-3, 4);
     offer(dualFilter, "dual_filter", 1e-3, 4);

@@ -178,3 +178,26 @@ TEST(BlurTried, FirsHaveNoTapTooManyForTheirTolerance) {
             EXPECT_EQ(blur::besselTaps(radius, 1.0001 * cut.error + 1e-9).size(), cut.taps.size());
         }
 }
+
+// Crossing beams of a black frame, the place between them dark: all that comes there is a kernel's tails.
+TEST(BlurTried, ADecimatedGaussianIsTakenToShowAsMuchOfItsErrorAsAFir) {
+    const double sigma = 3.7778;
+    cv::Mat image(159, 45, CV_32FC4, cv::Scalar(0, 0, 0, 1));
+    for (int j = 0; j < image.rows; j++)
+        for (int i = 0; i < image.cols; i++) {
+            const int x = std::abs(i - 22), y = std::abs(j - 79);
+            if ((x >= 17 && x <= 28) || (y >= 17 && y <= 28))
+                image.at<cv::Vec4f>(j, i) = {54.94f, 54.94f, 54.94f, 1};
+        }
+    const brume::FramePair frame = frameOf(image);
+    const brume::PlanInput in = inputOf(frame);
+    auto shows = [&](double tolerance) {
+        return looksApart(in, onCpu({"gaussian_blur", "decimated", sigma, tolerance}, image),
+                          onCpu({"gaussian_blur", "fir", sigma, 1e-6}, image),
+                          cv::Rect({0, 0}, image.size()));
+    };
+    EXPECT_GT(shows(1e-3), in.tolerance) << "nothing to be careful about";
+    const auto chain = planOf("gaussian_blur", sigma, frame);
+    ASSERT_EQ(number(chain, "method"), 2);
+    EXPECT_LE(shows(number(chain, "tolerance")), in.tolerance);
+}
