@@ -180,3 +180,31 @@ TEST(WideKernels, WeighedRowsAreMadeSharpAndDividedToTheSameBits) {
             });
         }
 }
+
+// What is written past the caches, where rows wait to be finished until others come, whole or by a row's
+// copy.
+TEST(WideKernels, RecursionsPastTheCachesGiveTheSameBits) {
+    for (double radius : {.5, 3., 12.})
+        for (cv::Size size : {cv::Size(1, 1), {3, 8}, {5, 17}, {37, 21}, {64, 200}, {256, 331}, {30, 1500}}) {
+            const Cascade cascade = cascadeOf(besselExponentials(radius));
+            if (!isCascaded(size.height, cascade.reach)) continue;
+            const std::vector<double> packed = cascade.packed();
+            const std::vector<float> numbers(packed.begin(), packed.end());
+            cv::Mat image(size, CV_32FC4);
+            cv::RNG random(size.area());
+            random.fill(image, cv::RNG::UNIFORM, -1, 2);
+            auto blurred = [&](bool streams, int padding) {
+                cv::Mat whole(size.height, (size.width + 3) / 4 * 4 + padding, CV_32FC4, cv::Scalar::all(-7));
+                cv::Mat out = whole.colRange(0, size.width);
+                cascadedBlur(image, out, numbers, cascade.reach, streams);
+                const cv::Mat beside = whole.colRange(size.width, whole.cols) + cv::Scalar::all(7);
+                EXPECT_EQ(cv::norm(beside, cv::NORM_INF), 0) << radius << " " << size;
+                return out.clone();
+            };
+            const cv::Mat wanted = blurred(false, 4);
+            EXPECT_NE(wanted.at<cv::Vec4f>(size.height - 1, size.width - 1)[3], -7);
+            for (int padding : {4, 5})  // rows that begin where a line of the cache does, or not
+                EXPECT_EQ(cv::norm(blurred(true, padding), wanted, cv::NORM_INF), 0)
+                    << radius << " " << size << " " << padding;
+        }
+}
