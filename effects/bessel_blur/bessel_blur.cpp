@@ -190,36 +190,13 @@ double kernelError(const BesselBlur& p, double radius) {
 }
 
 // Frame copies on the CPU with two threads; `reach` of the FIR, or of the recursion's bands (0: it has none).
-// Measured at 1920×1080 and, `isSmall`, at 1280×720, where caches hold more of a frame: what moves memory is
-// cheaper there against what computes.
+// Measured at 1920×1080 and, `isSmall`, at 1280×720, where caches hold more of a frame, on a CPU without
+// AVX-512; with it FIRs take less.
 double costOf(int method, int factor, int reach, bool isSmall) {
-    if (method == fir) return isSmall ? .9 + .12 * reach : 1.2 + .105 * reach;
-    const double recursion = reach > 0 ? (isSmall ? 2.0 : 1.55) + 1e-5 * reach * reach : 3.4;
+    if (method == fir) return .2 + .44 * reach;
+    const double recursion = reach > 0 ? (isSmall ? 2.3 : 2.5) + 1e-5 * reach * reach : 3.4;
     if (factor == 1) return recursion;
-    return (isSmall ? 1.3 + .5 / factor : .98 + 1. / factor) + recursion / (factor * factor);
-}
-
-// The captured picture.
-cv::Mat blurredBy(const BesselBlur& p, const PlanInput& in) {
-    const std::pair<const char*, std::vector<double> (*)(const BesselBlur&, const DeriveContext&)>
-        constants[] = {{"factor", factor},
-                       {"prefilter", prefilter},
-                       {"enlarging", enlarging},
-                       {"poles", poles},
-                       {"poleOrigin", poleOrigin},
-                       {"centerTap", centerTap},
-                       {"cascadeReach", cascadeReach},
-                       {"cascade", cascade}};
-    DerivedValues derived;
-    for (const auto& [name, constant] : constants) {
-        const std::vector<double> numbers = constant(p, in.scene);
-        derived[name].assign(numbers.begin(), numbers.end());
-    }
-    CpuContext context;
-    context.input = in.color, context.derivedValues = &derived;
-    context.output.create(in.color.size(), CV_32FC4);
-    run(p, context);
-    return context.output;
+    return (isSmall ? 2. : 1.25 + 1.6 / factor) + recursion / (factor * factor);
 }
 
 Plan plan(const BesselBlur& p, const PlanInput& in) {
@@ -283,24 +260,13 @@ Plan plan(const BesselBlur& p, const PlanInput& in) {
         if (choice.share <= 1 || tolerance <= surely) break;
         choices.pop_back();
     }
-    // The coarsest that does not show. Its kernel is long: the whole picture is tried, where tiles leave a
-    // doubt.
-    cv::Mat truth;
+    // The coarsest that does not show.
     int factor = blur::besselFactor(radius, in.chooses("tolerance") ? 1e-3 : double(p.tolerance));
     do {
         offer(decimated, "decimated", blur::besselTolerance(radius, factor), 4);
         if (factor == 1 || choices.empty() || choices.back().method != decimated) break;
-        blur::Choice& choice = choices.back();
-        choice.axis = blur::besselAxisError(radius, factor);
-        if (blur::isCheapest(choices)) {
-            choice.mostTiles = SIZE_MAX;
-            choice.shows = [&, made = cv::Mat(), tolerance = choice.tolerance](const cv::Rect& area) mutable {
-                if (truth.empty()) truth = blurredBy({p.radius, 1e-3f, recursive}, in);
-                if (made.empty()) made = blurredBy({p.radius, float(tolerance), decimated}, in);
-                return 1.1 * blur::looksApart(in, made, truth, area);  // both are rounded
-            };
-        }
-        choice.share = unseen.share(choice);
+        choices.back().axis = blur::besselAxisError(radius, factor);
+        choices.back().share = unseen.share(choices.back());
     } while (in.chooses("tolerance") && blur::besselTolerance(radius, factor) > 1e-6 &&
              choices.back().share > 1 && --factor > 1);
     offer(hold, "hold", 1e-3, 4);

@@ -1,4 +1,4 @@
-// Blurs tried on the captured picture, where bounds cannot say that their error does not show.
+// Short kernels tried on the captured picture, where bounds cannot say that their error does not show.
 #pragma once
 
 #include <algorithm>
@@ -98,22 +98,6 @@ inline double showsWithin(const brume::PlanInput& in, const ShortKernel& kernel,
             least = most / in.tolerance * unseen;
         }
     }
-    return most;
-}
-
-/// The same of two pictures.
-inline double looksApart(const brume::PlanInput& in, const cv::Mat& made, const cv::Mat& wanted,
-                         const cv::Rect& area) {
-    double most = 0, least = 0;
-    const double unseen = in.largestUnseen(0);
-    for (int y = area.y; y < area.br().y; y++)
-        for (int x = area.x; x < area.br().x; x++)
-            for (int n = 0; n < 3; n++) {
-                const double a = made.at<cv::Vec4f>(y, x)[n], b = wanted.at<cv::Vec4f>(y, x)[n];
-                if (std::abs(a - b) <= least) continue;
-                most = std::max(most, in.visible(a, b));
-                least = most / in.tolerance * unseen;
-            }
     return most;
 }
 

@@ -40,9 +40,8 @@ struct Choice {
     AxisError axis = {};
     double likely = likelihood;  ///< of the bounds
     /// How far from what is wanted it looks at most within a part of the captured picture, where that can be
-    /// tried; of so many tiles.
+    /// tried; called by several threads.
     std::function<double(const cv::Rect&)> shows = {};
-    size_t mostTiles = 256;
     double share = -1;  ///< Unseen::share, where it was asked for
 };
 
@@ -131,7 +130,7 @@ class Unseen {
     // Replaces the shares above 1 of a few tiles by those of the picture as it is, the worst first, up to the
     // first that does show.
     void tryWhereItMayShow(const Choice& choice, std::vector<double>& shares) const {
-        constexpr int tile = brume::ImageBounds::tile;
+        constexpr int tile = brume::ImageBounds::tile, mostTiles = 256, atOnce = 16;
         if (in_.color.size() != in_.scene.size) return;
         struct Doubtful {
             double share;
@@ -141,17 +140,25 @@ class Unseen {
         for (size_t k = 0; k + 2 < shares.size(); k += 3)
             if (const double share = std::max({shares[k], shares[k + 1], shares[k + 2]}); share > 1)
                 doubtful.push_back({share, k});
-        if (doubtful.size() > choice.mostTiles) return;
+        if (doubtful.size() > mostTiles) return;
         std::sort(doubtful.begin(), doubtful.end(),
                   [](const Doubtful& a, const Doubtful& b) { return a.share > b.share; });
         const int columns = lowest_.cols - 2;
-        for (const Doubtful& d : doubtful) {
-            const int at = int(d.place / 3);
-            const cv::Rect area = cv::Rect(at % columns * tile, at / columns * tile, tile, tile) &
-                                  cv::Rect({0, 0}, in_.color.size());
-            const double share = choice.shows(area) / in_.tolerance;
-            for (size_t n = 0; n < 3; n++) shares[d.place + n] = share;
-            if (share > 1) return;
+        // A few at once, always as many: what is looked at does not hang on the number of threads.
+        for (size_t from = 0; from < doubtful.size(); from += atOnce) {
+            const int count = int(std::min<size_t>(atOnce, doubtful.size() - from));
+            double most = 0;
+            cv::parallel_for_({0, count}, [&](const cv::Range& range) {
+                for (int k = range.start; k < range.end; k++) {
+                    const size_t place = doubtful[from + size_t(k)].place;
+                    const int at = int(place / 3);
+                    const cv::Rect area = cv::Rect(at % columns * tile, at / columns * tile, tile, tile) &
+                                          cv::Rect({0, 0}, in_.color.size());
+                    std::fill_n(shares.begin() + ptrdiff_t(place), 3, choice.shows(area) / in_.tolerance);
+                }
+            });
+            for (int k = 0; k < count; k++) most = std::max(most, shares[doubtful[from + size_t(k)].place]);
+            if (most > 1) return;
         }
     }
 

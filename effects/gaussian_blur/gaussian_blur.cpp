@@ -202,7 +202,7 @@ constexpr int largestTabulated = 4;
 // Of fir and decimated.
 blur::ShortKernel kernelOf(int method, double sigma, double tolerance) {
     using blur::ShortKernel;
-    const int reach = int(std::ceil(8.5 * sigma));
+    const int reach = int(std::ceil(6 * sigma)) + 1;
     const std::vector<double> wanted = ShortKernel::whole(blur::gaussianTaps(sigma, reach), reach);
     if (method == decimated) {
         const blur::Decimation d = blur::gaussianDecimation(sigma, tolerance);
@@ -241,12 +241,12 @@ double costOf(int method, double sigma, double tolerance, int reach) {
     switch (method) {
         case fir:
         case pascal:
-            return 1.9 + .2 * reach;
+            return .3 + .33 * reach;
         case recursive:
             return 8;
         case decimated:
             if (blur::gaussianFactor(sigma, tolerance) == 1) return costOf(fir, sigma, tolerance, reach);
-            return 2.1 + 3.2 / blur::gaussianFactor(sigma, tolerance);
+            return 1.1 + 3.6 / blur::gaussianFactor(sigma, tolerance);
         case dualFilter:
             return sigma < 32 ? 330 : 550;
         default:
