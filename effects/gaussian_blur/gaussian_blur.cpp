@@ -233,7 +233,7 @@ double kernelError(int method, double sigma, double tolerance) {
                         std::abs(kernel.rows[a][i] * kernel.rows[b][j] - kernel.wanted[i] * kernel.wanted[j]);
             worst = std::max(worst, sum);
         }
-    return std::clamp(worst, 1e-6, tolerance);
+    return std::min(std::max(worst, 1e-6), tolerance);
 }
 
 // Frame copies on the CPU at 1920×1080 with two threads. Decimated by 1 is a FIR.

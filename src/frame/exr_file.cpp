@@ -44,7 +44,8 @@ OpenExr openWithinLimits(const std::string& path, size_t maxPixels) {
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     thread_local std::string complaint;
     complaint.clear();
-    const int most = int(std::min<size_t>(maxPixels, INT_MAX));  // a side; the area is checked below
+    // A side's; the area is checked below, and says what is wrong with a picture of a few pixels too many.
+    const int most = int(std::clamp<size_t>(maxPixels, 1 << 16, INT_MAX));
     setup.max_image_width = setup.max_image_height = setup.max_tile_width = setup.max_tile_height = most;
     setup.error_handler_fn = [](exr_const_context_t, exr_result_t, const char* message) {
         complaint = message;

@@ -289,6 +289,8 @@ TEST_F(HostileInput, limitsAreRaisedByFlags) {
     addFrame("a.exr", {64, 48});
     expectError("apply depth_fog a.exr -o a.png --max-pixels 3000", 3,
                 "a.exr: declares 64 × 48 pixels, more than the limit of 3000");
+    expectError("apply depth_fog a.exr -o a.png --max-pixels 50", 3,
+                "a.exr: declares 64 × 48 pixels, more than the limit of 50");
     EXPECT_EQ(brume("apply depth_fog a.exr -o a.png --max-pixels 4000").status, 0);
 }
 
