@@ -23,11 +23,11 @@ inline std::vector<float> wholeTaps(std::span<const float> half) {
 
 // Along rows, then along columns: for FIRs that reach so far that tiles of separableFir would be most of the
 // image.
-inline void longFir(const cv::Mat& in, cv::Mat& out, std::span<const float> taps, bool streams) {
-    const int tapCount = int(taps.size()), reach = tapCount / 2, width = in.cols, height = in.rows;
+inline void longFir(const cv::Mat& in, cv::Mat& out, std::span<const float> half, bool streams) {
+    const int reach = int(half.size()) - 1, width = in.cols, height = in.rows;
     // Upright tiles, one a task: no row is filtered twice. The filtered rows that four output rows need stay
     // in the L2 cache where they can.
-    const int lines = tapCount - 1 + acrossRows, threads = cv::getNumThreads();
+    const int lines = 2 * reach + acrossRows, threads = cv::getNumThreads();
     const int widest = std::clamp(640 * 1024 / (16 * lines), 32, 960);
     const int tiles = std::min((width + 31) / 32, ((width - 1) / widest / threads + 1) * threads);
     const int tile = ((width - 1) / tiles / 32 + 1) * 32;
@@ -47,7 +47,7 @@ inline void longFir(const cv::Mat& in, cv::Mat& out, std::span<const float> taps
                 float* to = slot(y) + 4 * from;
                 filterReplicated(to, 4 * (end - from), padded.data(), in.ptr<float>(y), width,
                                  x0 + from - reach, end - from + 2 * reach, [&](const float* line) {
-                                     firAlong(to, line, taps.data(), tapCount, end - from);
+                                     firAlong(to, line + 4 * reach, half.data(), reach, end - from);
                                  });
             };
             for (int y = 0, done = 0; y < height; y += acrossRows) {
@@ -61,7 +61,7 @@ inline void longFir(const cv::Mat& in, cv::Mat& out, std::span<const float> taps
                 const int made = std::min(acrossRows, height - y);
                 for (int k = 0; k < made; k++)
                     to[k] = streams ? finished.data() + size_t(k) * 4 * tile : out.ptr<float>(y + k) + 4 * x0;
-                firAcross(to, made, rows.data(), taps.data(), tapCount, 4 * count);
+                firAcross(to, made, rows.data() + reach, half.data(), reach, 4 * count);
                 for (int k = 0; k < made && streams; k++)
                     brume::putRow(out.ptr<float>(y + k) + 4 * x0, to[k], 4 * size_t(count), true);
             }
@@ -74,20 +74,19 @@ inline void longFir(const cv::Mat& in, cv::Mat& out, std::span<const float> taps
 /// A symmetric FIR along columns and rows. `half` holds the centre tap and one side's. `in` and `out`
 /// are CV_32FC4 of one size and do not overlap; `streams`: CpuContext::outputIsStreamed.
 inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float> half, bool streams = false) {
-    const std::vector<float> taps = wholeTaps(half);
-    const int tapCount = int(taps.size()), reach = tapCount / 2, width = in.cols, height = in.rows;
+    const int reach = int(half.size()) - 1, width = in.cols, height = in.rows;
     constexpr int farthest = 32;
-    if (reach > farthest) return longFir(in, out, taps, streams);
+    static_assert(farthest <= longestSum);
+    if (reach > farthest) return longFir(in, out, half, streams);
     // Columns come first, of the image as it is: eight rows of theirs are then filtered along themselves,
     // while they are in the caches. Tiles are as wide as the rows that these take stay in the L2 cache, or
     // as what neighbours both make, `reach` beyond their edges, is little.
-    const int lines = tapCount - 1 + acrossRows, threads = cv::getNumThreads();
+    const int lines = 2 * reach + acrossRows, threads = cv::getNumThreads();
     const int widest = std::max({384 * 1024 / (16 * lines), 16 * reach, 64});
     const int tile = ((width - 1) / ((width - 1) / widest + 1) / 32 + 1) * 32, tiles = (width - 1) / tile + 1;
     const int groups = (height - 1) / acrossRows + 1,
               parts = std::clamp(4 * threads / tiles, 1, std::max(1, height / (8 * reach + 8)));
-    const brume::LineStream line = streams ? brume::lineStreamTo(out) : brume::LineStream::none;
-    const bool isCopied = streams && line == brume::LineStream::none;
+    const bool isCopied = streams && !brume::canStreamLines(out);
     auto filterTiles = [&](const cv::Range& range) {
         const size_t lineFloats = 4 * size_t(tile + 2 * reach) + 16;
         Scratch summed(acrossRows * lineFloats), finished(isCopied ? 4 * size_t(tile) : 0);
@@ -105,28 +104,22 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
                 float* to[acrossRows];
                 for (int k = 0; k < made; k++) to[k] = summed.data() + k * lineFloats + 4 * before;
                 const int floats = 4 * (end - from);
-                if (!firAcross(to, made, rows.data(), taps.data(), tapCount, floats)) {
+                if (!firAcross(to, made, rows.data() + reach, half.data(), reach, floats)) {
                     Scratch finite(size_t(lines) * floats);
                     for (int u = 0; u < lines; u++) {
                         float* row = finite.data() + size_t(u) * floats;
                         copyFinite(row, rows[u], floats);
                         rows[u] = row;
                     }
-                    firAcross(to, made, rows.data(), taps.data(), tapCount, floats);
+                    firAcross(to, made, rows.data() + reach, half.data(), reach, floats);
                 }
                 for (int k = 0; k < made; k++) {
                     float *const first = to[k] - 4 * before, *const last = to[k] + floats - 4;
                     for (int i = 0; i < before; i++) std::memcpy(first + 4 * i, to[k], 16);
                     for (int i = 1; i <= behind; i++) std::memcpy(last + 4 * i, last, 16);
                     float* const result = out.ptr<float>(y + k) + 4 * x0;
-#ifdef BRUME_STREAMS_LINES
-                    if (line != brume::LineStream::none) {
-                        (line == brume::LineStream::whole ? firAlongStreamed : firAlongHalved)(
-                            result, first, taps.data(), tapCount, count);
-                        continue;
-                    }
-#endif
-                    firAlong(isCopied ? finished.data() : result, first, taps.data(), tapCount, count);
+                    firAlongShort(isCopied ? finished.data() : result, first + 4 * reach,
+                                  {half.data(), 0, reach}, count, streams && !isCopied);
                     if (isCopied) brume::putRow(result, finished.data(), 4 * size_t(count), true);
                 }
             }

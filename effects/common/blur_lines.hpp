@@ -65,18 +65,13 @@ struct BlockSum {
     bool isFresh;
     int first, count;
 };
-struct Ones {
-    typedef One Register;
-};
-template <class Pixels, int count, bool isFresh>
+template <class Wide, class Vector, int count, bool isFresh>
 BRUME_INLINE void addBlock(float* sum, const float* const (&rows)[count], const float (&weights)[count],
                            int i) {
-    typedef typename Pixels::Register Vector;
-    auto term = [&](int k) { return *(const Vector*)(rows[k] + i) * weights[k]; };
-    Vector x = term(0);
-    if constexpr (!isFresh) x = *(const Vector*)(sum + i) + x;
-    for (int k = 1; k < count; k++) x = x + term(k);
-    *(Vector*)(sum + i) = x;
+    auto row = [&](int k) __attribute__((always_inline)) { return loaded<Vector>(rows[k] + i); };
+    Vector x = isFresh ? row(0) * weights[0] : fused<Wide>(weights[0], row(0), loaded<Vector>(sum + i));
+    for (int k = 1; k < count; k++) x = fused<Wide>(weights[k], row(k), x);
+    put(sum + i, x);
 }
 template <class Wide, int count, bool isFresh>
 BRUME_INLINE void addStretch(const BlockSum& s, const float* const* blockOf, int from, int end) {
@@ -85,9 +80,10 @@ BRUME_INLINE void addStretch(const BlockSum& s, const float* const* blockOf, int
     for (int k = 0; k < count; k++) rows[k] = blockOf[s.first + k], weights[k] = s.weights[s.first + k];
     float* sum = s.sum;
     int i = from;
-    constexpr int floats = sizeof(typename Wide::Register) / 4;
-    for (; i + floats <= end; i += floats) addBlock<Wide, count, isFresh>(sum, rows, weights, i);
-    for (; i < end; i += 4) addBlock<Ones, count, isFresh>(sum, rows, weights, i);
+    typedef typename Wide::Register Vector;
+    constexpr int floats = sizeof(Vector) / 4;
+    for (; i + floats <= end; i += floats) addBlock<Wide, Vector, count, isFresh>(sum, rows, weights, i);
+    for (; i < end; i += 4) addBlock<Wide, One, count, isFresh>(sum, rows, weights, i);
 }
 template <class Wide, int count>
 BRUME_INLINE void addAsMany(const BlockSum& s, const float* const* rows, int from, int end) {
@@ -168,7 +164,7 @@ BRUME_INLINE void decimateLineBy(float* out, const float* line, const float* qua
         Four a[4] = {};
         for (int u = 0; u < quadCount; u++) {
             Four w = Wide::load(quads + 16 * u);
-            for (int k = 0; k < 4; k++) a[k] += w * Wide::load(at + 4 * k * step + 16 * u);
+            for (int k = 0; k < 4; k++) a[k] = Wide::fused(w, Wide::load(at + 4 * k * step + 16 * u), a[k]);
         }
         Wide::store(out + 4 * j, sumsOf(a));
     }
@@ -177,13 +173,15 @@ BRUME_WIDE(void, decimateLine,
            (float* out, const float* line, const float* quads, int quadCount, int step, int count),
            (out, line, quads, quadCount, step, count))
 
-template <class Vector>
-BRUME_INLINE Vector weighted(const Vector (&s)[6], const Vector* w) {
-    return ((s[0] * w[0] + s[1] * w[1]) + (s[2] * w[2] + s[3] * w[3])) + (s[4] * w[4] + s[5] * w[5]);
-}
-template <class Vector>
-BRUME_INLINE Vector weighted(const Vector (&s)[4], const Vector* w) {
-    return (s[0] * w[0] + s[1] * w[1]) + (s[2] * w[2] + s[3] * w[3]);
+// Σ s[k]·w[k], as two sums that do not wait for each other.
+template <class Wide, class Vector, int count>
+BRUME_INLINE Vector weighted(const Vector (&s)[count], const Vector* w) {
+    Vector a = s[0] * w[0], b = s[1] * w[1];
+    for (int k = 2; k < count; k += 2) {
+        a = Wide::fused(s[k], w[k], a);
+        if (k + 1 < count) b = Wide::fused(s[k + 1], w[k + 1], b);
+    }
+    return a + b;
 }
 
 // Six or four rows' weighted sum, four pixels from float i on.
@@ -192,7 +190,7 @@ BRUME_INLINE typename Wide::Four columnSum(const float* const (&from)[taps],
                                            const typename Wide::Four (&w)[taps], int i) {
     typename Wide::Four s[taps];
     for (int m = 0; m < taps; m++) s[m] = Wide::load(from[m] + i);
-    return weighted(s, w);
+    return weighted<Wide>(s, w);
 }
 // One pixel of four, four times.
 template <int k, class Vector>
@@ -221,9 +219,9 @@ BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[6], const ty
         v[2] = columnSum<Wide>(rows, w, 4 * (j + 8));
         const Four s[6] = {v[0], fourFrom<1>(v[0], v[1]), fourFrom<2>(v[0], v[1]), fourFrom<3>(v[0], v[1]),
                            v[1], fourFrom<1>(v[1], v[2])};
-        Four a = ((s[0] * even[0] + s[1] * even[1]) + (s[2] * even[2] + s[3] * even[3])) + s[4] * even[4];
-        Four b = (s[1] * odd[1] + s[2] * odd[2]) + (s[3] * odd[3] + s[4] * odd[4]);
-        if constexpr (near == 3) b = b + (s[0] * odd[0] + s[5] * odd[5]);
+        const Four five[5] = {s[0], s[1], s[2], s[3], s[4]}, four[4] = {s[1], s[2], s[3], s[4]};
+        const Four a = weighted<Wide>(five, even),
+                   b = near == 3 ? weighted<Wide>(s, odd) : weighted<Wide>(four, odd + 1);
         Wide::store(out + 8 * j, pixels<0, 4, 1, 5>(a, b));
         Wide::store(out + 8 * j + 16, pixels<2, 6, 3, 7>(a, b));
     }
@@ -241,7 +239,7 @@ BRUME_INLINE void doubleRows(float* out, const float* const (&rows)[4], const ty
     for (int j = 0; 2 * j < width; j += 4, v = next) {
         next = columnSum<Wide>(rows, w, 4 * (j + 4));
         const Four s[3] = {v, fourFrom<1>(v, next), fourFrom<2>(v, next)};
-        Four a = (s[0] * even[0] + s[1] * even[1]) + s[2] * even[2], b = s[1] * odd[0] + s[2] * odd[1];
+        const Four inner[2] = {s[1], s[2]}, a = weighted<Wide>(s, even), b = weighted<Wide>(inner, odd);
         Wide::store(out + 8 * j, pixels<0, 4, 1, 5>(a, b));
         Wide::store(out + 8 * j + 16, pixels<2, 6, 3, 7>(a, b));
     }
@@ -265,7 +263,7 @@ BRUME_INLINE void multiplyRows(float* out, const float* const (&rows)[taps],
         for (int m = 0; m < last; m++) s[m] = s[m + 1];
         s[last] = next;
         for (int g = 0; g < groups; g++)
-            Wide::store(out + 4 * (j * factor + 4 * g), weighted(s, (const Four*)phases + taps * g));
+            Wide::store(out + 4 * (j * factor + 4 * g), weighted<Wide>(s, (const Four*)phases + taps * g));
     };
     // Four small pixels at a time, v holding what they come to need but for its first `held`.
     constexpr int held = taps == 6 ? 1 : 3;

@@ -43,18 +43,18 @@ BRUME_INLINE StateOf<Wide> turned(const CascadeNumbers& n, const StateOf<Wide>& 
 // isDelta: keep is 1 (Cascade), which no compiler may know without being told.
 template <bool isDelta, class Wide>
 BRUME_INLINE void follow(const CascadeNumbers& n, StateOf<Wide>& s, typename Wide::Four x) {
-    const typename Wide::Four pushed = x + (-n.pull) * s.value;  // x straight from memory
+    const typename Wide::Four pushed = fused<Wide>(-n.pull, s.value, x);
     if constexpr (isDelta)
         s.value = s.value + s.slope;
     else
-        s.value = n.keep * s.value + s.slope;
-    s.slope = n.damping * s.slope + pushed;
+        s.value = fused<Wide>(n.keep, s.value, s.slope);
+    s.slope = fused<Wide>(n.damping, s.slope, pushed);
 }
 template <bool isDelta, class Wide>
 BRUME_INLINE typename Wide::Four advance(const CascadeNumbers& n, StateOf<Wide>& s, typename Wide::Four x) {
     const typename Wide::Four before = s.value;
     follow<isDelta>(n, s, x);
-    return (s.value + n.slope * s.slope) + n.before * before;
+    return fused<Wide>(n.before, before, fused<Wide>(n.slope, s.slope, s.value));
 }
 template <class Do>
 BRUME_INLINE void inEitherForm(const CascadeNumbers& n, Do run) {
@@ -180,12 +180,13 @@ struct CascadeStep {
     float* const* out;         // rows that are finished
     int count;                 // of them
     int width;
+    bool streams;  // past the caches, and then rows begin where a line of the cache does
 };
 
 // Up eight rows of what went down and along them to the right, and by turns back along those that came
 // before: by itself writing the image takes as long as computing all that.
-template <class Wide, bool isDelta, class Put>
-BRUME_INLINE void columnsBackwardIn(const CascadeStep& step, const CascadeNumbers& numbers, Put put) {
+template <class Wide, bool isDelta>
+BRUME_INLINE void columnsBackwardIn(const CascadeStep& step, const CascadeNumbers& numbers) {
     typedef typename Wide::Four Four;
     const CascadeNumbers n = numbers;
     const int fours = (step.width + 3) / 4, rest = step.width - 4 * (fours - 1);
@@ -198,8 +199,10 @@ BRUME_INLINE void columnsBackwardIn(const CascadeStep& step, const CascadeNumber
             for (int k = 3; k >= 0; k--)
                 x[k] = advance<isDelta>(n, back[half], Wide::load(from + laneCount * k + 16 * half));
             transpose(x);
-            for (int k = 0; k < 4; k++)
-                if (4 * half + k < step.count) put(step.out[4 * half + k] + 16 * four, x[k]);
+            for (int k = 0; k < 4 && 4 * half + k < step.count; k++) {
+                float* const to = step.out[4 * half + k] + 16 * four;
+                step.streams ? Wide::stream(to, x[k]) : Wide::store(to, x[k]);
+            }
         }
     };
     auto finishRest = [&](int four, const float* from) __attribute__((always_inline)) {
@@ -250,31 +253,13 @@ BRUME_INLINE void columnsBackwardIn(const CascadeStep& step, const CascadeNumber
     for (int half = 0; half < 2 && step.rows; half++)
         putState<Wide>(step.ends, 16 * half, turned(n, along[half], last[half]));
 }
-template <class Wide, class Put>
-BRUME_INLINE void columnsBackwardTo(const CascadeStep& step, const CascadeNumbers& n, Put put) {
-    inEitherForm(
-        n, [&](auto isDelta)
-               __attribute__((always_inline)) { columnsBackwardIn<Wide, isDelta>(step, n, put); });
-}
 template <class Wide>
 BRUME_INLINE void columnsBackwardBy(const CascadeStep& step, const CascadeNumbers& n) {
-    columnsBackwardTo<Wide>(
-        step, n, [](float* to, auto x) __attribute__((always_inline)) { Wide::store(to, x); });
+    inEitherForm(
+        n, [&](auto isDelta) __attribute__((always_inline)) { columnsBackwardIn<Wide, isDelta>(step, n); });
 }
 BRUME_WIDE(void, columnsBackward, (const CascadeStep& step, const CascadeNumbers& n), (step, n))
-#ifdef BRUME_STREAMS_LINES
-// The same past the caches; rows begin where a line of the cache does.
-BRUME_STREAMS_LINES static void columnsBackwardStreamed(const CascadeStep& step, const CascadeNumbers& n) {
-    columnsBackwardTo<Whole>(
-        step, n, [](float* to, Four x) __attribute__((always_inline)) { brume::streamLine(to, x); });
-}
-BRUME_STREAMS_HALVES static void columnsBackwardHalved(const CascadeStep& step, const CascadeNumbers& n) {
-    columnsBackwardTo<Halves>(
-        step, n, [](float* to, Pair x) __attribute__((always_inline)) {
-            brume::streamHalf(to, x.low), brume::streamHalf(to + 8, x.high);
-        });
-}
-#endif
+
 /// Whether cascadedBlur takes an image of so many rows: otherwise its bands would be most of the image.
 inline bool isCascaded(int height, int reach) { return reach <= std::max(128, height / 3); }
 
@@ -295,8 +280,7 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
               band = (each / std::max(bands, 1) + 15) / 8 * 8, ringRows = band + around;
     // At a stride of whole 4 KB eight rows would fight for the same few lines of the first cache.
     const int stride = room % 1024 == 0 ? room + 144 : room;
-    const brume::LineStream line = streams ? brume::lineStreamTo(out) : brume::LineStream::none;
-    const bool isCopied = streams && line == brume::LineStream::none;
+    const bool isCopied = streams && !brume::canStreamLines(out);
     cv::parallel_for_(
         cv::Range(0, tasks),
         [&](const cv::Range& range) {
@@ -338,13 +322,9 @@ inline void cascadedBlur(const cv::Mat& in, cv::Mat& out, std::span<const float>
                 float* to[cascadeRows];
                 for (int k = 0; k < waiting; k++)
                     to[k] = isCopied ? finished.data() + size_t(k) * room : out.ptr<float>(waitingAt + k);
-                const CascadeStep step = {lanes.data(), isMirrored, back, rows, ends, to, waiting, width};
-                auto* run = columnsBackward;
-#ifdef BRUME_STREAMS_LINES
-                if (line != brume::LineStream::none)
-                    run = line == brume::LineStream::whole ? columnsBackwardStreamed : columnsBackwardHalved;
-#endif
-                run(step, numbers);
+                columnsBackward(
+                    {lanes.data(), isMirrored, back, rows, ends, to, waiting, width, streams && !isCopied},
+                    numbers);
                 for (int k = 0; k < waiting && isCopied; k++)
                     brume::putRow(out.ptr<float>(waitingAt + k), to[k], size_t(floats), true);
                 isMirrored = !isMirrored;

@@ -1,10 +1,12 @@
 // Vectors of four pixels, sixteen floats. GCC 12 takes a vector that is longer than a register through
 // memory, a dozen times slower; so kernels are written over a `Wide` and compiled as BRUME_WIDE says: for
-// AVX-512, where such a vector is a register, and for others, where it is a pair of them. Both give the same
-// bits.
+// AVX-512, where such a vector is a register, and for others, where it is a pair of them. All give the same
+// bits: where a multiplication and an addition are one, rounded once, that is said, Wide::fused.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <type_traits>
 
 #include "effect/kit/math.hpp"
 
@@ -27,6 +29,20 @@ struct Pair {
     BRUME_INLINE Pair& operator+=(Pair b) { return low += b.low, high += b.high, *this; }
 } __attribute__((may_alias));
 static_assert(sizeof(Pair) == 64 && alignof(Pair) == 4);
+
+// From and to any place: as a template's argument a vector is no longer known to be unaligned.
+template <class Vector>
+struct Anywhere {
+    Vector x;
+} __attribute__((packed, may_alias));
+template <class Vector>
+BRUME_INLINE Vector loaded(const float* from) {
+    return ((const Anywhere<Vector>*)from)->x;
+}
+template <class Vector>
+BRUME_INLINE void put(float* to, Vector x) {
+    ((Anywhere<Vector>*)to)->x = x;
+}
 
 // Pixels p, q, r, s of the eight of a and b.
 template <int p, int q, int r, int s>
@@ -116,13 +132,73 @@ struct HalvesWatch {
     }
 };
 
+/// The same number everywhere. (By way of four: GCC 12 fills a longer vector number by number.)
+template <class Vector>
+BRUME_INLINE Vector all(float x) {
+    const One one = {x};
+    if constexpr (std::is_same_v<Vector, Pair>)
+        return {all<Two>(x), all<Two>(x)};
+    else if constexpr (sizeof(Vector) == sizeof(One))
+        return One{x, x, x, x};
+    else if constexpr (sizeof(Vector) == sizeof(Two))
+        return __builtin_shufflevector(one, one, 0, 0, 0, 0, 0, 0, 0, 0);
+    else
+        return __builtin_shufflevector(one, one, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+}
+/// a·b + c, rounded once: what one instruction does on most machines, and a library where none does. (Asked
+/// of GCC by name, since code compiled for every machine has no such builtin of vectors.)
+struct FusedInOne {
+    static constexpr bool isInOne = true;
+#if defined(__x86_64__)
+#define BRUME_FUSED(Vector)                                          \
+    static BRUME_INLINE Vector fused(Vector a, Vector b, Vector c) { \
+        asm("vfmadd231ps %2, %1, %0" : "+v"(c) : "v"(a), "vm"(b));   \
+        return c;                                                    \
+    }
+    BRUME_FUSED(One)
+    BRUME_FUSED(Two)
+    BRUME_FUSED(Four)
+#undef BRUME_FUSED
+    // Past the caches, `to` aligned as the vector is long.
+    template <class Vector>
+    static BRUME_INLINE void stream(float* to, Vector x) {
+        asm volatile("vmovntps %1, %0" : "=m"(((Anywhere<Vector>*)to)->x) : "v"(x));
+    }
+    static BRUME_INLINE void stream(float* to, const Pair& x) { stream(to, x.low), stream(to + 8, x.high); }
+    // A number of memory's everywhere.
+    template <class Vector>
+    static BRUME_INLINE Vector spreadOne(const float& x) {
+        Vector a;
+        asm("vbroadcastss %1, %0" : "=v"(a) : "m"(x));
+        return a;
+    }
+#endif
+};
+struct FusedByEach {
+    static constexpr bool isInOne = false;
+    template <class Vector>
+    static BRUME_INLINE Vector fused(Vector a, Vector b, Vector c) {
+        for (size_t k = 0; k < sizeof(Vector) / sizeof(float); k++) c[k] = std::fma(a[k], b[k], c[k]);
+        return c;
+    }
+    template <class Vector>
+    static BRUME_INLINE void stream(float* to, const Vector& x) {
+        put(to, x);
+    }
+    template <class Vector>
+    static BRUME_INLINE Vector spreadOne(const float& x) {
+        return all<Vector>(x);
+    }
+};
+
 /// What kernels are compiled over: four pixels; a register, for what does not care how many pixels it takes;
-/// how many of those may be sums that wait, of how many rows; of four pixels the same.
-struct Whole {
+/// how many of those may be sums that wait.
+template <class Fused>
+struct InWhole : Fused {
     typedef blur::Four Four;
     typedef blur::Four Register;
     typedef WholeWatch Watch;
-    static constexpr int sums = 16, acrossSums = 8, alongSums = 8;
+    static constexpr int sums = 8;
     static BRUME_INLINE Four load(const float* from) { return *(const Four*)from; }
     static BRUME_INLINE void store(float* to, Four x) { *(Four*)to = x; }
     static BRUME_INLINE Four of(One a, One b, One c, One d) {
@@ -130,61 +206,74 @@ struct Whole {
                   high = __builtin_shufflevector(c, d, 0, 1, 2, 3, 4, 5, 6, 7);
         return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     }
+    // One number a pixel, four times each. (Widening four in a register, GCC 12 goes through memory.)
+    static BRUME_INLINE Four spread(const float* numbers) {
+        Four a;
+#if defined(__x86_64__)
+        asm("vbroadcastf32x4 %1, %0" : "=v"(a) : "m"(*(const One*)numbers));
+#else
+        for (int k = 0; k < 16; k++) a[k] = numbers[k % 4];
+#endif
+        return spreadPart<0>(a);
+    }
 };
-struct Halves {
+template <class Fused>
+struct InHalves : Fused {
     typedef Pair Four;
     typedef Two Register;
     typedef HalvesWatch Watch;
-    static constexpr int sums = 8, acrossSums = 4, alongSums = 3;
+    static constexpr int sums = 4;
     static BRUME_INLINE Four load(const float* from) { return {*(const Two*)from, *(const Two*)(from + 8)}; }
     static BRUME_INLINE void store(float* to, Four x) { *(Two*)to = x.low, *(Two*)(to + 8) = x.high; }
     static BRUME_INLINE Four of(One a, One b, One c, One d) {
         return {__builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7),
                 __builtin_shufflevector(c, d, 0, 1, 2, 3, 4, 5, 6, 7)};
     }
+    static BRUME_INLINE Four spread(const float* numbers) {
+        const One a = *(const One*)numbers;
+        const Two twice = __builtin_shufflevector(a, a, 0, 1, 2, 3, 0, 1, 2, 3);
+        return {__builtin_shufflevector(twice, twice, 0, 0, 0, 0, 5, 5, 5, 5),
+                __builtin_shufflevector(twice, twice, 2, 2, 2, 2, 7, 7, 7, 7)};
+    }
+    using Fused::fused;
+    static BRUME_INLINE Pair fused(const Pair& a, const Pair& b, const Pair& c) {
+        return {fused(a.low, b.low, c.low), fused(a.high, b.high, c.high)};
+    }
 };
+typedef InWhole<FusedInOne> Whole;
+typedef InHalves<FusedInOne> Halves;
+typedef InHalves<FusedByEach> Plain;
 
-// One number a pixel, four times each. (Widening four in a register, GCC 12 goes through memory.)
-template <class Wide>
-BRUME_INLINE typename Wide::Four spread(const float* numbers);
-template <>
-BRUME_INLINE Four spread<Whole>(const float* numbers) {
-    Four a;
-#if defined(__x86_64__)
-    asm("vbroadcastf32x4 %1, %0" : "=v"(a) : "m"(*(const One*)numbers));
-#else
-    for (int k = 0; k < 16; k++) a[k] = numbers[k % 4];
-#endif
-    return spreadPart<0>(a);
-}
-template <>
-BRUME_INLINE Pair spread<Halves>(const float* numbers) {
-    const One a = *(const One*)numbers;
-    const Two twice = __builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7);
-    return {__builtin_shufflevector(twice, twice, 0, 0, 0, 0, 5, 5, 5, 5),
-            __builtin_shufflevector(twice, twice, 2, 2, 2, 2, 7, 7, 7, 7)};
+/// a·b + c with one number for all.
+template <class Wide, class Vector>
+BRUME_INLINE Vector fused(float a, Vector b, Vector c) {
+    return Wide::fused(all<Vector>(a), b, c);
 }
 
-/// BRUME_WIDE(Result, name, (parameters), (arguments)): a function that runs nameBy<Whole> or nameBy<Halves>,
-/// as this machine can. Sanitizers cannot run code chosen at load, so they get the halves.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    defined(__OPTIMIZE__)
-inline const bool hasWhole = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                             __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                             __builtin_cpu_supports("avx512vl");
-#define BRUME_WIDE(Result, name, parameters, arguments)                                                 \
-    __attribute__((target("arch=x86-64-v4"))) static Result name##Whole parameters {                    \
-        return name##By<blur::Whole> arguments;                                                         \
-    }                                                                                                   \
-    __attribute__((target_clones("arch=x86-64-v3", "default"))) static Result name##Halves parameters { \
-        return name##By<blur::Halves> arguments;                                                        \
-    }                                                                                                   \
-    static inline Result name parameters {                                                              \
-        return blur::hasWhole ? name##Whole arguments : name##Halves arguments;                         \
+/// BRUME_WIDE(Result, name, (parameters), (arguments)): a function that runs nameBy<Whole>, nameBy<Halves> or
+/// nameBy<Plain>, as this machine can.
+#if defined(__x86_64__) && defined(__OPTIMIZE__)
+inline const bool hasHalves = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+                              __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma"),
+                  hasWhole = hasHalves && __builtin_cpu_supports("avx512f") &&
+                             __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+                             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+#define BRUME_WIDE(Result, name, parameters, arguments)                               \
+    __attribute__((target("arch=x86-64-v4"))) static Result name##Whole parameters {  \
+        return name##By<blur::Whole> arguments;                                       \
+    }                                                                                 \
+    __attribute__((target("arch=x86-64-v3"))) static Result name##Halves parameters { \
+        return name##By<blur::Halves> arguments;                                      \
+    }                                                                                 \
+    static Result name##Plain parameters { return name##By<blur::Plain> arguments; }  \
+    static inline Result name parameters {                                            \
+        if (blur::hasWhole) return name##Whole arguments;                             \
+        return blur::hasHalves ? name##Halves arguments : name##Plain arguments;      \
     }
 #else
+constexpr bool hasHalves = false;
 #define BRUME_WIDE(Result, name, parameters, arguments) \
-    static inline Result name parameters { return name##By<blur::Halves> arguments; }
+    static inline Result name parameters { return name##By<blur::Plain> arguments; }
 #endif
 
 }  // namespace blur

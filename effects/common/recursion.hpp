@@ -44,9 +44,9 @@ BRUME_INLINE void advance(State<Wide>& state, float* to, const float* from, cons
         Vector re = state.re[k], im = state.im[k], x = *(const Vector*)(from + i), base;
         if constexpr (adds) base = *(const Vector*)(to + i);
         if constexpr (!adds) base = center * x;
-        *(Vector*)(to + i) = base + (ar * re - ai * im);
-        state.re[k] = origin * re + ((dr * re - di * im) + x);
-        state.im[k] = origin * im + (dr * im + di * re);
+        *(Vector*)(to + i) = fused<Wide>(ar, re, fused<Wide>(-ai, im, base));
+        state.re[k] = fused<Wide>(origin, re, fused<Wide>(dr, re, fused<Wide>(-di, im, x)));
+        state.im[k] = fused<Wide>(origin, im, fused<Wide>(dr, im, di * re));
     }
 }
 

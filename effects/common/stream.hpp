@@ -89,21 +89,6 @@ inline void streamPlanes(float* to, const float* plane, int stride, int count) {
 inline void streamPlanes(float*, const float*, int, int) {}
 #endif
 
-// A line of the cache straight from registers, whole or in two halves one after the other: only in code
-// compiled for AVX-512 or AVX2, which no sanitizer looks at.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    defined(__OPTIMIZE__)
-#define BRUME_STREAMS_LINES __attribute__((target("arch=x86-64-v4")))
-#define BRUME_STREAMS_HALVES __attribute__((target("arch=x86-64-v3")))
-typedef float StreamedLine __attribute__((vector_size(64), may_alias));
-typedef float StreamedHalf __attribute__((vector_size(32), may_alias));
-BRUME_INLINE void streamLine(float* to, StreamedLine x) {
-    asm volatile("vmovntps %1, %0" : "=m"(*reinterpret_cast<StreamedLine*>(to)) : "v"(x));
-}
-BRUME_INLINE void streamHalf(float* to, StreamedHalf x) {
-    asm volatile("vmovntps %1, %0" : "=m"(*reinterpret_cast<StreamedHalf*>(to)) : "x"(x));
-}
-#endif
 /// Two pixels or four straight from registers of any machine's, `to` aligned to 16 bytes: only where
 /// canStreamPlanes().
 #if defined(__SSE2__)
@@ -125,18 +110,14 @@ template <class Pixels>
 BRUME_INLINE void streamPixels(float*, const Pixels&) {}
 #endif
 
-/// What of these this machine has, where the image's rows begin where a line does.
-enum class LineStream { none, halves, whole };
-inline LineStream lineStreamTo(const cv::Mat& out) {
-#ifdef BRUME_STREAMS_LINES
-    static const bool hasHalves = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-                                  __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
-    const LineStream widest = blur::hasWhole ? LineStream::whole
-                              : hasHalves    ? LineStream::halves
-                                             : LineStream::none;
-    if (reinterpret_cast<uintptr_t>(out.data) % 64 == 0 && out.step[0] % 64 == 0) return widest;
+/// Whether kernels (four.hpp) may write this image past the caches by whole registers: its rows begin where a
+/// line of the cache does. (Not where a sanitizer is to see what is written.)
+inline bool canStreamLines([[maybe_unused]] const cv::Mat& out) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    return false;
+#else
+    return blur::hasHalves && reinterpret_cast<uintptr_t>(out.data) % 64 == 0 && out.step[0] % 64 == 0;
 #endif
-    return (void)out, LineStream::none;
 }
 
 /// Copies whole pixels of 16 bytes, `to` aligned to them, past the caches if it `streams`. The thread that

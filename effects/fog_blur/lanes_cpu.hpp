@@ -1,45 +1,32 @@
 // FIRs of the levels that fog_blur does not decimate, on the CPU: four rows side by side, a vector lane a
-// pixel of each, so that filtering along rows reads whole vectors, as filtering across does. Every output
-// sums its taps in pairs from the centre out, as fog_blur.fs does: three operations for two taps.
+// pixel of each, so that filtering along rows reads whole vectors, as filtering across does.
 #pragma once
 
 #include <array>
-#include <utility>
 
 #include "common/filter_lines.hpp"
+#include "common/fir_lines.hpp"
 #include "fog_blur/sharp_cpu.hpp"
 
 namespace fog_blur {
 
 /// Rows side by side; floats of one step along them.
 constexpr int laneRows = 4, laneFloats = 4 * laneRows;
-/// Outputs made at a time, and reaches there is code for.
+/// Outputs made at a time, and the longest reach of a level.
 constexpr int atOnce = 8, longestReach = 19;
 
-// a[k] = half[0]·vectors[k + reach] + Σ half[t]·(vectors[k + reach - t] + vectors[k + reach + t]). From one t
-// to the next all but two of the vectors stay in registers.
-template <int reach, class Vector, class Load>
-BRUME_INLINE void sumEight(Vector (&a)[atOnce], const float* half, Load load) {
-    float taps[reach + 1];
-    for (int t = 0; t <= reach; t++) taps[t] = half[t];
-    for (int k = 0; k < atOnce; k++) a[k] = load(k + reach) * taps[0];
-#pragma GCC unroll 32
-    for (int t = 1; t <= reach; t++) {
-#pragma GCC unroll 8
-        for (int k = 0; k < atOnce; k++) a[k] = a[k] + (load(k + reach - t) + load(k + reach + t)) * taps[t];
-    }
-}
-
-// Eight steps along rows, of as many as lie side by side.
-BRUME_INLINE void putAlong(float* const* rows, int at, const Four (&a)[atOnce]) {
-    for (int part = 0; part < atOnce; part += 4) {
+// Steps along rows, of as many as lie side by side.
+template <int count>
+BRUME_INLINE void putAlong(float* const* rows, int at, const Four (&a)[count]) {
+    for (int part = 0; part < count; part += 4) {
         Four b[4] = {a[part], a[part + 1], a[part + 2], a[part + 3]};
         blur::transpose(b);
         for (int k = 0; k < laneRows; k++) *(Four*)(rows[k] + at + 4 * part) = b[k];
     }
 }
-BRUME_INLINE void putAlong(float* const* rows, int at, const blur::Two (&a)[atOnce]) {
-    for (int k = 0; k < atOnce; k += 2) {
+template <int count>
+BRUME_INLINE void putAlong(float* const* rows, int at, const blur::Two (&a)[count]) {
+    for (int k = 0; k < count; k += 2) {
         *(blur::Two*)(rows[0] + at + 4 * k) =
             __builtin_shufflevector(a[k], a[k + 1], 0, 1, 2, 3, 8, 9, 10, 11);
         *(blur::Two*)(rows[1] + at + 4 * k) =
@@ -47,11 +34,11 @@ BRUME_INLINE void putAlong(float* const* rows, int at, const blur::Two (&a)[atOn
     }
 }
 
-// Rows of `count` filtered pixels, from `lanes` that begin `reach` pixels before; whole groups of eight.
-// Meanwhile as many pixels of the rows `soon` are asked for, if any: a few at a time, since a core waits
-// where it asks for more than it has room for.
-template <class Wide, int reach>
-BRUME_INLINE void alongOf(float* const* rows, const float* lanes, const float* half, int count,
+// Rows of `count` filtered pixels, from `lanes` at the first; whole groups of eight. Meanwhile as many pixels
+// of the rows `soon` are asked for, if any: a few at a time, since a core waits where it asks for more than
+// it has room for.
+template <class Wide, class Taps>
+BRUME_INLINE void alongOf(float* const* rows, const float* lanes, const Taps& taps, int count,
                           const float* const* soon) {
     // A register holds so many of the rows.
     typedef typename Wide::Register Vector;
@@ -62,55 +49,38 @@ BRUME_INLINE void alongOf(float* const* rows, const float* lanes, const float* h
     };
     for (int i = 0; i < count; i += atOnce) {
         ask(i, i + atOnce);
-        for (int row = 0; row < laneFloats; row += floats) {
-            Vector a[atOnce];
-            sumEight<reach>(
-                a, half, [&](int u) __attribute__((always_inline)) {
-                    return *(const Vector*)(lanes + laneFloats * (i + u) + row);
-                });
-            putAlong(rows + row / 4, 4 * i, a);
-        }
+        for (int row = 0; row < laneFloats; row += floats)
+            for (int part = 0; part < atOnce; part += Wide::sums) {
+                Vector a[Wide::sums];
+                blur::sumPairs<Wide, 1>(
+                    a, taps, [&](int k, int t) __attribute__((always_inline)) {
+                        return blur::loaded<Vector>(lanes + laneFloats * (i + part + k + t) + row);
+                    });
+                putAlong(rows + row / 4, 4 * (i + part), a);
+            }
     }
-    ask(count, count + 2 * reach);
-}
-// Eight rows of filtered pixels from rows[0 .. 7 + 2·reach]; whole groups of four.
-template <class Wide, int reach>
-BRUME_INLINE void acrossOf(float* const* out, const float* const* rows, const float* half, int count) {
-    typedef typename Wide::Register Vector;
-    for (int i = 0; i < (count + 3) / 4 * 16; i += sizeof(Vector) / 4) {
-        Vector a[atOnce];
-        sumEight<reach>(
-            a, half, [&](int u) __attribute__((always_inline)) { return *(const Vector*)(rows[u] + i); });
-        for (int k = 0; k < atOnce; k++) *(Vector*)(out[k] + i) = a[k];
-    }
-}
-
-template <class Do, int... reaches>
-BRUME_INLINE void withReach(int reach, Do run, std::integer_sequence<int, reaches...>) {
-    ((reach == reaches ? (run(std::integral_constant<int, reaches>()), 0) : 0), ...);
+    ask(count, count + 2 * taps.last);
 }
 template <class Wide>
-BRUME_INLINE void filterAlongBy(float* const* rows, const float* lanes, const float* half, int reach,
-                                int count, const float* const* soon) {
-    withReach(
-        reach,
-        [&](auto n) __attribute__((always_inline)) { alongOf<Wide, n>(rows, lanes, half, count, soon); },
-        std::make_integer_sequence<int, longestReach + 1>());
+BRUME_INLINE void filterAlongBy(float* const* rows, const float* lanes, const blur::Stretch& taps, int count,
+                                const float* const* soon) {
+    blur::withTaps<Wide, longestReach>(
+        taps, [&](const auto& known)
+                  __attribute__((always_inline)) { alongOf<Wide>(rows, lanes, known, count, soon); });
 }
 BRUME_WIDE(void, filterAlong,
-           (float* const* rows, const float* lanes, const float* half, int reach, int count,
+           (float* const* rows, const float* lanes, const blur::Stretch& taps, int count,
             const float* const* soon),
-           (rows, lanes, half, reach, count, soon))
+           (rows, lanes, taps, count, soon))
+// Eight rows of filtered pixels, rows[0] at the first; whole groups of four.
 template <class Wide>
-BRUME_INLINE void filterAcrossBy(float* const* out, const float* const* rows, const float* half, int reach,
+BRUME_INLINE void filterAcrossBy(float* const* out, const float* const* rows, const blur::Stretch& taps,
                                  int count) {
-    withReach(
-        reach, [&](auto n) __attribute__((always_inline)) { acrossOf<Wide, n>(out, rows, half, count); },
-        std::make_integer_sequence<int, longestReach + 1>());
+    blur::acrossBy<Wide, blur::Unwatched, longestReach>(out, atOnce, rows, 0, taps, (count + 3) / 4 * 16);
 }
 BRUME_WIDE(void, filterAcross,
-           (float* const* out, const float* const* rows, const float* half, int reach, int count),
-           (out, rows, half, reach, count))
+           (float* const* out, const float* const* rows, const blur::Stretch& taps, int count),
+           (out, rows, taps, count))
 
 // Four rows of pixels, made sharp, and their deviations side by side; whole groups of four pixels.
 template <class Wide>

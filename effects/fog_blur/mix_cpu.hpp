@@ -8,11 +8,13 @@ namespace fog_blur {
 
 // The weighted sum of four nodes for each pixel; nodes[0] is the sharp picture. Every pixel's four weights
 // lie beside each other, as its four channels do.
-template <class Vector, class Load>
+template <class Wide, class Vector, class Load>
 BRUME_INLINE Vector sumOfNodes(Vector weights, Load at) {
     using blur::channel;
-    return ((channel<0>(weights) * at(0) + channel<1>(weights) * at(1)) + channel<2>(weights) * at(2)) +
-           channel<3>(weights) * at(3);
+    Vector sum = channel<0>(weights) * at(0);
+    sum = Wide::fused(channel<1>(weights), at(1), sum);
+    sum = Wide::fused(channel<2>(weights), at(2), sum);
+    return Wide::fused(channel<3>(weights), at(3), sum);
 }
 
 // What a pixel's sum is multiplied by, and what the pixel itself adds before that: the sum is divided by its
@@ -26,20 +28,20 @@ BRUME_INLINE Shares<Vector> sharesOf(Vector weight) {
     const Vector least = Vector{} + 0.05f, enough = weight < least ? least : weight;
     return {1.0f / enough, enough - weight};
 }
-template <class Vector>
+template <class Wide, class Vector>
 BRUME_INLINE Vector divided(Vector sum, Vector self) {
     const auto of = sharesOf(blur::channel<3>(sum));
-    return (sum + of.missing * self) * of.inverse;
+    return Wide::fused(of.missing, self, sum) * of.inverse;
 }
 // A division takes as long for two weights eight times as for four.
-template <>
+template <class Wide>
 BRUME_INLINE blur::Pair divided(blur::Pair sum, blur::Pair self) {
     const auto of = sharesOf(__builtin_shufflevector(sum.low, sum.high, 3, 3, 11, 11, 7, 7, 15, 15));
     auto spread = [](blur::Two x) __attribute__((always_inline)) {
         return blur::Pair{__builtin_shufflevector(x, x, 0, 0, 0, 0, 4, 4, 4, 4),
                           __builtin_shufflevector(x, x, 2, 2, 2, 2, 6, 6, 6, 6)};
     };
-    return (sum + spread(of.missing) * self) * spread(of.inverse);
+    return Wide::fused(spread(of.missing), self, sum) * spread(of.inverse);
 }
 
 BRUME_INLINE Four withAlpha(Four color, Four of) {
@@ -80,9 +82,10 @@ BRUME_INLINE void mixRow(const MixedRow& r) {
     };
     auto sumOfOne = [&](int i) __attribute__((always_inline)) {
         if constexpr (!isMixed) return *(const One*)(nodes[0] + 4 * i);
-        const One below = rowAt(i, 0), weights = below + places->share[i] * (rowAt(i, 1) - below);
+        const One below = rowAt(i, 0),
+                  weights = blur::fused<Wide>(places->share[i], rowAt(i, 1) - below, below);
         const float* const* node = nodes + places->first[i];
-        return sumOfNodes(
+        return sumOfNodes<Wide>(
             weights, [&](int k) __attribute__((always_inline)) { return *(const One*)(node[k] + 4 * i); });
     };
     auto sumOfFour = [&](int i) __attribute__((always_inline)) {
@@ -91,16 +94,16 @@ BRUME_INLINE void mixRow(const MixedRow& r) {
         if (places->first[i + 1] != first || places->first[i + 2] != first || places->first[i + 3] != first)
             return Wide::of(sumOfOne(i), sumOfOne(i + 1), sumOfOne(i + 2), sumOfOne(i + 3));
         const Four below = fourRows(i, 0),
-                   weights = below + blur::spread<Wide>(places->share + i) * (fourRows(i, 1) - below);
+                   weights = Wide::fused(Wide::spread(places->share + i), fourRows(i, 1) - below, below);
         const float* const* node = nodes + first;
-        return sumOfNodes(
+        return sumOfNodes<Wide>(
             weights, [&](int k) __attribute__((always_inline)) { return Wide::load(node[k] + 4 * i); });
     };
     int i = 0;
     for (; i + 4 <= count; i += 4) {
         __builtin_prefetch(soon + 4 * i);
         Four color = sumOfFour(i);
-        if constexpr (isWeighed) color = divided(color, Wide::load(sharp + 4 * i));
+        if constexpr (isWeighed) color = divided<Wide>(color, Wide::load(sharp + 4 * i));
         color = withAlpha(color, Wide::load(alphas + 4 * i));
         if constexpr (streams)
             brume::streamPixels(out + 4 * i, color);
@@ -109,7 +112,7 @@ BRUME_INLINE void mixRow(const MixedRow& r) {
     }
     for (; i < count; i++) {
         One color = sumOfOne(i);
-        if constexpr (isWeighed) color = divided(color, *(const One*)(sharp + 4 * i));
+        if constexpr (isWeighed) color = divided<Wide>(color, *(const One*)(sharp + 4 * i));
         *(One*)(out + 4 * i) = withAlpha(color, *(const One*)(alphas + 4 * i));
     }
 }

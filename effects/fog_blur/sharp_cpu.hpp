@@ -75,7 +75,7 @@ template <class Wide>
 BRUME_INLINE void multiplyBy(float* out, const float* sharp, const float* weights, int count) {
     int i = 0;
     for (; i + 4 <= count; i += 4)
-        Wide::store(out + 4 * i, Wide::load(sharp + 4 * i) * blur::spread<Wide>(weights + i));
+        Wide::store(out + 4 * i, Wide::load(sharp + 4 * i) * Wide::spread(weights + i));
     for (; i < count; i++) *(One*)(out + 4 * i) = *(const One*)(sharp + 4 * i) * weights[i];
 }
 BRUME_WIDE(void, multiply, (float* out, const float* sharp, const float* weights, int count),

@@ -36,18 +36,19 @@ class FirLevel {
             float* to[laneRows];
             for (int k = 0; k < laneRows; k++) to[k] = slot(laneRows * done_ + k);
             const auto soon = sharp.rowsAfter(done_, reach());
-            filterAlong(to, lanes, level_->taps.data(), reach(), count, asks ? soon.data() : nullptr);
+            filterAlong(to, lanes + reach() * laneFloats, taps(), count, asks ? soon.data() : nullptr);
         }
         const float* rows[madeRows + 2 * longestReach];
         for (int u = 0; u < madeRows + 2 * reach(); u++)
             rows[u] = slot(std::clamp(y - reach() + u, 0, height - 1));
         float* to[madeRows];
         for (int k = 0; k < madeRows; k++) to[k] = made_.data() + size_t(k) * 4 * tileWidth;
-        filterAcross(to, rows, level_->taps.data(), reach(), count);
+        filterAcross(to, rows + reach(), taps(), count);
     }
     const float* row(int k) const { return made_.data() + size_t(k) * 4 * tileWidth; }
 
   private:
+    blur::Stretch taps() const { return {level_->taps.data(), 0, reach()}; }
     float* slot(int y) const { return ring_.data() + size_t(y % lines_) * 4 * tileWidth; }
     const LadderLevel* level_;
     int lines_, done_ = 0;  // groups of rows in the ring

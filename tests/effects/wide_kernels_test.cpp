@@ -1,6 +1,7 @@
-// Kernels over registers of four pixels and over pairs of halves (common/four.hpp) give the same bits: what a
-// machine without AVX-512 makes is what one with it does. Both are compiled here for any machine, which takes
-// the long vectors through memory.
+// Kernels over registers of four pixels and over pairs of halves (common/four.hpp) give the same bits, and so
+// do multiply-adds of one instruction and of a library's: what a machine without AVX-512, or without any of
+// that, makes is what one with it does. Beside what this machine runs, both widths are compiled for any
+// machine, which takes the long vectors through memory.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -31,12 +32,19 @@ std::vector<float*> rowsOf(std::vector<float>& x, int count, int floats) {
     for (int k = 0; k < count; k++) rows.push_back(x.data() + size_t(k) * floats);
     return rows;
 }
+typedef InWhole<FusedByEach> PlainWhole;
+// What a kernel is run over: as this machine runs it.
+struct Chosen : Plain {};
+#define KERNEL(name, ...) \
+    (std::is_same_v<decltype(wide), Chosen> ? name(__VA_ARGS__) : name##By<decltype(wide)>(__VA_ARGS__))
 // `make(wide, out)` fills 40000 floats.
 template <class Make>
 void expectSameBits(const char* what, Make make) {
-    std::vector<float> whole(40000, -7), halves = whole;
-    make(Whole(), whole.data()), make(Halves(), halves.data());
-    EXPECT_EQ(std::memcmp(whole.data(), halves.data(), whole.size() * sizeof(float)), 0) << what;
+    std::vector<float> whole(40000, -7), halves = whole, chosen = whole;
+    make(PlainWhole(), whole.data()), make(Plain(), halves.data()), make(Chosen(), chosen.data());
+    const size_t bytes = whole.size() * sizeof(float);
+    EXPECT_EQ(std::memcmp(whole.data(), halves.data(), bytes), 0) << what;
+    EXPECT_EQ(std::memcmp(chosen.data(), halves.data(), bytes), 0) << what << ", as this machine runs it";
     EXPECT_NE(*std::max_element(whole.begin(), whole.end()), -7) << what << " did nothing";
 }
 
@@ -45,23 +53,25 @@ void expectSameBits(const char* what, Make make) {
 TEST(WideKernels, FirsAndDecimationsGiveTheSameBits) {
     const std::vector<float> x = randomFloats(40000, 1), taps = randomFloats(64, 2);
     for (int pixels : {1, 7, 12, 35, 64, 101})
-        for (int count : {1, 4, 9, 40}) {
-            expectSameBits("along", [&](auto wide, float* out) {
-                firAlongShortBy<decltype(wide)>(out, x.data(), taps.data(), count, pixels);
-            });
-            const auto rows = rowsOf(x, count + acrossRows, 4 * pixels);
-            for (int outputs : {1, 5, 8})
-                expectSameBits("across", [&](auto wide, float* out) {
-                    float* to[acrossRows];
-                    for (int k = 0; k < outputs; k++) to[k] = out + 4 * pixels * k;
-                    firAcrossShortBy<decltype(wide)>(to, outputs, rows.data(), taps.data(), count,
-                                                     4 * pixels);
+        for (int reach : {0, 1, 4, 9, 12, 13, 40}) {
+            for (int first : {0, 3}) {
+                const Stretch part = {taps.data(), first, reach};
+                expectSameBits("along", [&](auto wide, float* out) {
+                    KERNEL(firAlongShort, out, x.data() + 4 * reach, part, pixels, false);
                 });
-            const int quads = (count + 3) / 4;
+                const auto rows = rowsOf(x, 2 * reach + acrossRows, 4 * pixels + 12);
+                for (int outputs : {1, 5, 8})
+                    expectSameBits("across", [&](auto wide, float* out) {
+                        float* to[acrossRows];
+                        for (int k = 0; k < outputs; k++) to[k] = out + 4 * pixels * k;
+                        KERNEL(firAcrossShort, to, outputs, rows.data() + reach, 12, part, 4 * pixels);
+                    });
+            }
+            const int quads = (reach + 4) / 4;
             std::vector<float> spread(16 * size_t(quads));
             for (size_t k = 0; k < spread.size(); k++) spread[k] = taps[k / 4];
             expectSameBits("decimated", [&](auto wide, float* out) {
-                decimateLineBy<decltype(wide)>(out, x.data(), spread.data(), quads, 3, pixels);
+                KERNEL(decimateLine, out, x.data(), spread.data(), quads, 3, pixels);
             });
         }
     const auto rows = rowsOf(x, blockRows, 4 * 101);
@@ -70,7 +80,7 @@ TEST(WideKernels, FirsAndDecimationsGiveTheSameBits) {
             expectSameBits("added", [&](auto wide, float* out) {
                 BlockSum sum = {out, {}, isFresh, blockRows - count, count};
                 std::copy_n(taps.data(), blockRows, sum.weights);
-                addBlocksBy<decltype(wide)>(&sum, 1, rows.data(), 4 * 101, {});
+                KERNEL(addBlocks, &sum, 1, rows.data(), 4 * 101, {});
             });
 }
 
@@ -81,11 +91,10 @@ TEST(WideKernels, EnlargedRowsAreTheSameBits) {
     for (int factor : {2, 3, 4, 5, 8, 9, 13, 16})
         for (int width : {1, 50, 333}) {
             expectSameBits("six", [&](auto wide, float* out) {
-                enlargeRowsBy<decltype(wide)>(out, rows.data(), weights.data(), phases.data(), factor, width);
+                KERNEL(enlargeRows, out, rows.data(), weights.data(), phases.data(), factor, width);
             });
             expectSameBits("four", [&](auto wide, float* out) {
-                enlargeRowsByFourBy<decltype(wide)>(out, rows.data(), weights.data(), phases.data(), factor,
-                                                    width);
+                KERNEL(enlargeRowsByFour, out, rows.data(), weights.data(), phases.data(), factor, width);
             });
         }
 }
@@ -97,35 +106,34 @@ TEST(WideKernels, RecursionsGiveTheSameBits) {
         const std::vector<double> exact = e.packed(), cascade = cascadeOf(e).packed();
         const std::vector<float> poles(exact.begin(), exact.end()), numbers(cascade.begin(), cascade.end());
         expectSameBits("lanes", [&](auto wide, float* out) {
-            runLanesBy<decltype(wide)>(out, x.data(), 77, poles.data(), 1, float(e.center),
-                                       float(e.origin()));
+            KERNEL(runLanes, out, x.data(), 77, poles.data(), 1, float(e.center), float(e.origin()));
         });
         CascadeNumbers n;
         std::memcpy(&n, numbers.data(), sizeof n);
         constexpr int width = 37, floats = 4 * width, room = (floats + 15) / 16 * 16;
         const auto rows = rowsOf(x, cascadeRows, room);
         expectSameBits("cascade", [&](auto wide, float* out) {
-            typedef decltype(wide) Wide;
             std::vector<float> down(size_t(cascadeRows) * room), lanes(size_t(laneCount) * (width + 8)),
                 states(2 * room), after(2 * room), back(2 * room), ends(2 * stateFloats);
-            columnsBeginBy<Wide>(states.data(), rows[0], floats, n.scale, n);
-            EXPECT_TRUE(columnsApproachBy<Wide>(rows.data(), states.data(), after.data(), floats, n));
-            EXPECT_TRUE(columnsForwardBy<Wide>(rowsOf(down, cascadeRows, room).data(), rows.data(),
-                                               after.data(), states.data(), floats, n));
-            columnsTurnBy<Wide>(back.data(), states.data(), rows[7], floats, n);
+            KERNEL(columnsBegin, states.data(), rows[0], floats, n.scale, n);
+            EXPECT_TRUE(KERNEL(columnsApproach, rows.data(), states.data(), after.data(), floats, n));
+            EXPECT_TRUE(KERNEL(columnsForward, rowsOf(down, cascadeRows, room).data(), rows.data(),
+                               after.data(), states.data(), floats, n));
+            KERNEL(columnsTurn, back.data(), states.data(), rows[7], floats, n);
             const std::vector<float>& made = down;
-            columnsPassBy<Wide>(back.data(), rowsOf(made, cascadeRows, room).data(), floats, n);
+            KERNEL(columnsPass, back.data(), rowsOf(made, cascadeRows, room).data(), floats, n);
             // Eight rows, those again while the first are finished, and all but one of these.
             const auto come = rowsOf(made, cascadeRows, room);
             float* to[cascadeRows];
             for (int k = 0; k < cascadeRows; k++) to[k] = out + k * floats;
-            CascadeStep step = {lanes.data(), false, back.data(), come.data(), ends.data(), to, 0, width};
-            columnsBackwardBy<Wide>(step, n);
+            CascadeStep step = {lanes.data(), false, back.data(), come.data(), ends.data(),
+                                to,           0,     width,       false};
+            KERNEL(columnsBackward, step, n);
             step.isMirrored = true, step.count = cascadeRows;
-            columnsBackwardBy<Wide>(step, n);
+            KERNEL(columnsBackward, step, n);
             for (float*& row : to) row += cascadeRows * floats;
             step.isMirrored = false, step.rows = nullptr, step.count = cascadeRows - 1;
-            columnsBackwardBy<Wide>(step, n);
+            KERNEL(columnsBackward, step, n);
         });
     }
 }
@@ -134,20 +142,19 @@ TEST(WideKernels, RowsSideBySideAreTheSameBitsAndBadOnesAreSeen) {
     std::vector<float> x = randomFloats(40000, 7);
     const auto rows = rowsOf(x, 8, 4 * 41);
     std::vector<const float*> const8(rows.begin(), rows.end());
-    expectSameBits("interleaved", [&](auto wide, float* out) {
-        EXPECT_TRUE(interleaveBy<decltype(wide)>(out, const8.data(), 41));
-    });
+    expectSameBits("interleaved",
+                   [&](auto wide, float* out) { EXPECT_TRUE(KERNEL(interleave, out, const8.data(), 41)); });
     expectSameBits("separated", [&](auto wide, float* out) {
         float* to[8];
         for (int k = 0; k < 8; k++) to[k] = out + 4 * 41 * k;
-        separateBy<decltype(wide)>(to, 7, x.data(), 41);
+        KERNEL(separate, to, 7, x.data(), 41);
     });
     for (int bad : {0, 9, 14, 163})
         for (float value : {NAN, HUGE_VALF, -HUGE_VALF}) {
             const float before = std::exchange(rows[3][bad], value);
             std::vector<float> lanes(32 * 41);
-            EXPECT_FALSE(interleaveBy<Whole>(lanes.data(), const8.data(), 41)) << bad;
-            EXPECT_FALSE(interleaveBy<Halves>(lanes.data(), const8.data(), 41)) << bad;
+            EXPECT_FALSE(interleaveBy<PlainWhole>(lanes.data(), const8.data(), 41)) << bad;
+            EXPECT_FALSE(interleave(lanes.data(), const8.data(), 41)) << bad;
             rows[3][bad] = before;
         }
 }
@@ -160,8 +167,9 @@ TEST(WideKernels, WeighedRowsAreMadeSharpAndDividedToTheSameBits) {
         rows[0][4 * i + 3] = i % 3 ? .05f + float(i) / count : 1e-3f;
     const float* node = rows[0];
     expectSameBits("divided", [&](auto wide, float* out) {
-        fog_blur::mixRow<decltype(wide), false, true, false>(
-            {nullptr, nullptr, &node, rows[1], rows[3], true, x.data(), out, false, count});
+        const fog_blur::MixedRow row = {nullptr, nullptr,  &node, rows[1], rows[3],
+                                        true,    x.data(), out,   false,   count};
+        KERNEL(fog_blur::mix, row);
         for (int i = 0; i < count; i++) {
             const float weight = std::max(node[4 * i + 3], .05f),
                         red = (node[4 * i] + (weight - node[4 * i + 3]) * rows[1][4 * i]) / weight;
@@ -173,7 +181,7 @@ TEST(WideKernels, WeighedRowsAreMadeSharpAndDividedToTheSameBits) {
         for (int pixel : {3, count - 1}) {
             rows[2][4 * pixel + 1] = value;
             expectSameBits("sharpened", [&](auto wide, float* out) {
-                fog_blur::sharpenBy<decltype(wide)>(out, rows[2], count);
+                KERNEL(fog_blur::sharpen, out, rows[2], count);
                 for (int i = 0; i < 4 * count; i++) EXPECT_TRUE(std::isfinite(out[i])) << i;
                 EXPECT_EQ(out[4 * pixel + 1], std::isinf(value) ? std::copysign(65504.0f, value) : 0.0f);
                 EXPECT_EQ(out[4 * pixel + 3], 1.0f);
