@@ -31,11 +31,12 @@ inline void longFir(const cv::Mat& in, cv::Mat& out, std::span<const float> half
     const int widest = std::clamp(640 * 1024 / (16 * lines), 32, 960);
     const int tiles = std::min((width + 31) / 32, ((width - 1) / widest / threads + 1) * threads);
     const int tile = ((width - 1) / tiles / 32 + 1) * 32;
+    const size_t stride = spacedStride(4 * tile);
     auto filterTiles = [&](const cv::Range& range) {
-        Scratch padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * 4 * tile);
+        Scratch padded(4 * size_t(tile + 2 * reach)), ring(size_t(lines) * stride);
         Scratch finished(streams ? size_t(acrossRows) * 4 * tile : 0);
         std::vector<const float*> rows(lines);
-        auto slot = [&](int y) { return ring.data() + size_t(y % lines) * 4 * tile; };
+        auto slot = [&](int y) { return ring.data() + size_t(y % lines) * stride; };
         for (int index = range.start; index < range.end; index++) {
             const int x0 = index * tile, count = std::min(tile, width - x0);
             // Only pixels within reach of an edge need a padded row. The parts keep firAlong's step of 32 px.
@@ -87,6 +88,7 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int groups = (height - 1) / acrossRows + 1,
               parts = std::clamp(4 * threads / tiles, 1, std::max(1, height / (8 * reach + 8)));
     const bool isCopied = streams && !brume::canStreamLines(out);
+    const bool asks = reach > 5;  // of what is short memory is the bound, and asking costs
     auto filterTiles = [&](const cv::Range& range) {
         const size_t lineFloats = 4 * size_t(tile + 2 * reach) + 16;
         Scratch summed(acrossRows * lineFloats), finished(isCopied ? 4 * size_t(tile) : 0);
@@ -119,7 +121,8 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
                     for (int i = 1; i <= behind; i++) std::memcpy(last + 4 * i, last, 16);
                     float* const result = out.ptr<float>(y + k) + 4 * x0;
                     firAlongShort(isCopied ? finished.data() : result, first + 4 * reach,
-                                  {half.data(), 0, reach}, count, streams && !isCopied);
+                                  {half.data(), 0, reach}, count, streams && !isCopied,
+                                  asks ? rowAt(y + acrossRows + reach + k) : nullptr);
                     if (isCopied) brume::putRow(result, finished.data(), 4 * size_t(count), true);
                 }
             }

@@ -26,6 +26,10 @@ BRUME_VECTORISE static bool allFinite(const float* in, int floats) {
     return largest < 0x7f800000;
 }
 
+/// Floats from one row to the next that hold `floats`, such that the first cache has room for the same
+/// columns of many rows: at multiples of 2 KB they would all be in the same few of its lines.
+constexpr size_t spacedStride(int floats) { return size_t((floats + 15) / 16 | 1) * 16; }
+
 // The line `count` pixels long from column `first` on of a row `width` pixels long whose edges replicate.
 template <class Copy>
 static inline void copyReplicated(float* out, const float* row, int width, int first, int count, Copy copy) {

@@ -64,9 +64,11 @@ BRUME_INLINE void sumPairs(Vector (&a)[count], const Taps& taps, Load load) {
 }
 
 // out[i] = Σ half[|t|]·line[i + t], in pixels; past the caches where it `streams`, and then `out` begins
-// where a line of the cache does.
+// where a line of the cache does. Meanwhile as many pixels are asked for from `soon` on, if any: writing
+// alone leaves time to read. How many pixels are done.
 template <class Wide, class Taps>
-BRUME_INLINE int alongOf(float* out, const float* line, const Taps& taps, int pixels, bool streams) {
+BRUME_INLINE int alongOf(float* out, const float* line, const Taps& taps, int pixels, bool streams,
+                         const float* soon) {
     typedef typename Wide::Register Vector;
     constexpr int floats = sizeof(Vector) / 4, each = Wide::sums * floats / 4;
     int i = 0;
@@ -76,6 +78,7 @@ BRUME_INLINE int alongOf(float* out, const float* line, const Taps& taps, int pi
             a, taps, [&](int k, int t) __attribute__((always_inline)) {
                 return loaded<Vector>(line + 4 * (i + t) + floats * k);
             });
+        for (int k = 0; k < 4 * each && soon; k += 16) __builtin_prefetch(soon + 4 * i + k, 0, 2);
         float* const to = out + 4 * i;
 #pragma GCC unroll 8
         for (int k = 0; k < Wide::sums; k++)
@@ -85,11 +88,12 @@ BRUME_INLINE int alongOf(float* out, const float* line, const Taps& taps, int pi
 }
 template <class Wide>
 BRUME_INLINE void firAlongShortBy(float* out, const float* line, const Stretch& taps, int pixels,
-                                  bool streams) {
+                                  bool streams, const float* soon) {
     int i = 0;
     withTaps<Wide>(
-        taps, [&](const auto& known)
-                  __attribute__((always_inline)) { i = alongOf<Wide>(out, line, known, pixels, streams); });
+        taps, [&](const auto& known) __attribute__((always_inline)) {
+            i = alongOf<Wide>(out, line, known, pixels, streams, soon);
+        });
     for (; i < pixels; i++) {
         One a[1];
         sumPairs<Wide, 4>(
@@ -99,18 +103,19 @@ BRUME_INLINE void firAlongShortBy(float* out, const float* line, const Stretch& 
     }
 }
 BRUME_WIDE(void, firAlongShort,
-           (float* out, const float* line, const Stretch& taps, int pixels, bool streams),
-           (out, line, taps, pixels, streams))
+           (float* out, const float* line, const Stretch& taps, int pixels, bool streams, const float* soon),
+           (out, line, taps, pixels, streams, soon))
 
 // `line` at output 0; reads `reach` pixels before it and behind the last.
 static inline void firAlong(float* out, const float* line, const float* half, int reach, int pixels) {
-    firAlongShort(out, line, {half, 0, std::min(reach, longestSum)}, pixels, false);
+    firAlongShort(out, line, {half, 0, std::min(reach, longestSum)}, pixels, false, nullptr);
     constexpr int stretch = 64;
     float sum[4 * stretch];
     for (int t = longestSum + 1; t <= reach; t += longestSum)
         for (int i = 0; i < pixels; i += stretch) {
             const int count = std::min(stretch, pixels - i);
-            firAlongShort(sum, line + 4 * i, {half, t, std::min(reach, t + longestSum - 1)}, count, false);
+            firAlongShort(sum, line + 4 * i, {half, t, std::min(reach, t + longestSum - 1)}, count, false,
+                          nullptr);
             for (int k = 0; k < 4 * count; k++) out[4 * i + k] += sum[k];
         }
 }

@@ -17,7 +17,7 @@ class FirLevel {
     explicit FirLevel(const LadderLevel& level)
         : level_(&level),
           lines_(2 * reach() + madeRows + 2 * laneRows),
-          ring_(size_t(lines_) * 4 * tileWidth),
+          ring_(size_t(lines_) * ringStride),
           made_(size_t(madeRows) * 4 * tileWidth),
           weighed_(size_t(tileWidth + 2 * reach() + atOnce) * laneFloats) {}
     int reach() const { return int(level_->taps.size()) - 1; }
@@ -49,7 +49,8 @@ class FirLevel {
 
   private:
     blur::Stretch taps() const { return {level_->taps.data(), 0, reach()}; }
-    float* slot(int y) const { return ring_.data() + size_t(y % lines_) * 4 * tileWidth; }
+    float* slot(int y) const { return ring_.data() + size_t(y % lines_) * ringStride; }
+    static constexpr size_t ringStride = blur::spacedStride(4 * tileWidth);
     const LadderLevel* level_;
     int lines_, done_ = 0;  // groups of rows in the ring
     blur::Scratch ring_, made_, weighed_;

@@ -57,7 +57,7 @@ TEST(WideKernels, FirsAndDecimationsGiveTheSameBits) {
             for (int first : {0, 3}) {
                 const Stretch part = {taps.data(), first, reach};
                 expectSameBits("along", [&](auto wide, float* out) {
-                    KERNEL(firAlongShort, out, x.data() + 4 * reach, part, pixels, false);
+                    KERNEL(firAlongShort, out, x.data() + 4 * reach, part, pixels, false, nullptr);
                 });
                 const auto rows = rowsOf(x, 2 * reach + acrossRows, 4 * pixels + 12);
                 for (int outputs : {1, 5, 8})
