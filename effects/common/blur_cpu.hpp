@@ -88,30 +88,37 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int groups = (height - 1) / acrossRows + 1,
               parts = std::clamp(4 * threads / tiles, 1, std::max(1, height / (8 * reach + 8)));
     const bool isCopied = streams && !brume::canStreamLines(out);
-    const bool asks = reach > 5;  // of what is short memory is the bound, and asking costs
+    // What is read next is asked for while the last is written, where memory is not the bound by itself. Of
+    // an image whose rows lie at multiples of 2 KB the first cache has room for the same columns of sixteen
+    // rows: more are brought to others.
+    const bool asks = reach > 5, isBrought = reach > 8;
     auto filterTiles = [&](const cv::Range& range) {
-        const size_t lineFloats = 4 * size_t(tile + 2 * reach) + 16;
-        Scratch summed(acrossRows * lineFloats), finished(isCopied ? 4 * size_t(tile) : 0);
+        const size_t stride = spacedStride(4 * (tile + 2 * reach));
+        Scratch ring(lines * stride), summed(acrossRows * stride), finished(isCopied ? 4 * size_t(tile) : 0);
         std::vector<const float*> rows(lines);
         for (int index = range.start; index < range.end; index++) {
             const int x0 = index / parts * tile, count = std::min(tile, width - x0), part = index % parts;
             const int from = std::max(x0 - reach, 0), end = std::min(x0 + count + reach, width),
                       before = from - (x0 - reach), behind = x0 + count + reach - end;
-            for (int group = groups * part / parts; group < groups * (part + 1) / parts; group++) {
+            const int floats = 4 * (end - from);
+            auto rowAt = [&](int row) { return in.ptr<float>(std::clamp(row, 0, height - 1)) + 4 * from; };
+            auto slot = [&](int row) { return ring.data() + size_t(row % lines) * stride; };
+            const int begin = groups * part / parts;
+            int done = std::max(acrossRows * begin - reach, 0);  // rows in the ring
+            for (int group = begin; group < groups * (part + 1) / parts; group++) {
                 const int y = acrossRows * group, made = std::min(acrossRows, height - y);
-                auto rowAt = [&](int row) {
-                    return in.ptr<float>(std::clamp(row, 0, height - 1)) + 4 * from;
-                };
-                for (int u = 0; u < lines; u++) rows[u] = rowAt(y - reach + u);
+                for (; isBrought && done < std::min(y + acrossRows + reach, height); done++)
+                    copyPixels(slot(done), rowAt(done), floats);
+                for (int u = 0; u < lines; u++) {
+                    const int row = y - reach + u;
+                    rows[u] = isBrought ? slot(std::clamp(row, 0, height - 1)) : rowAt(row);
+                }
                 float* to[acrossRows];
-                for (int k = 0; k < made; k++) to[k] = summed.data() + k * lineFloats + 4 * before;
-                const int floats = 4 * (end - from);
-                if (!firAcross(to, made, rows.data() + reach, half.data(), reach, floats)) {
-                    Scratch finite(size_t(lines) * floats);
+                for (int k = 0; k < made; k++) to[k] = summed.data() + k * stride + 4 * before;
+                if (!firAcross(to, made, rows.data() + reach, half.data(), reach, floats) && !isBrought) {
                     for (int u = 0; u < lines; u++) {
-                        float* row = finite.data() + size_t(u) * floats;
-                        copyFinite(row, rows[u], floats);
-                        rows[u] = row;
+                        copyPixels(slot(u), rows[u], floats);
+                        rows[u] = slot(u);
                     }
                     firAcross(to, made, rows.data() + reach, half.data(), reach, floats);
                 }

@@ -20,6 +20,23 @@ BRUME_VECTORISE static void copyFinite(float* out, const float* in, int floats) 
     }
 }
 
+// Whole pixels of them, which as a rule are finite.
+template <class Wide>
+BRUME_INLINE void copyPixelsBy(float* out, const float* in, int floats) {
+    typedef typename Wide::Register Vector;
+    typename Wide::Watch watch;
+    constexpr int one = sizeof(Vector) / 4;
+    int i = 0;
+    for (; i + one <= floats; i += one) {
+        const Vector x = loaded<Vector>(in + i);
+        watch.look(x);
+        put(out + i, x);
+    }
+    if (!watch.areFinite()) i = 0;
+    copyFinite(out + i, in + i, floats - i);
+}
+BRUME_WIDE(void, copyPixels, (float* out, const float* in, int floats), (out, in, floats))
+
 BRUME_VECTORISE static bool allFinite(const float* in, int floats) {
     int largest = 0;
     for (int i = 0; i < floats; i++) largest = std::max(largest, std::bit_cast<int>(in[i]) & 0x7fffffff);
