@@ -88,10 +88,10 @@ inline void separableFir(const cv::Mat& in, cv::Mat& out, std::span<const float>
     const int groups = (height - 1) / acrossRows + 1,
               parts = std::clamp(4 * threads / tiles, 1, std::max(1, height / (8 * reach + 8)));
     const bool isCopied = streams && !brume::canStreamLines(out);
-    // What is read next is asked for while the last is written, where memory is not the bound by itself. Of
-    // an image whose rows lie at multiples of 2 KB the first cache has room for the same columns of sixteen
-    // rows: more are brought to others.
-    const bool asks = reach > 5, isBrought = reach > 8;
+    // What is read next is asked for while the last is written, where memory is not the bound by itself.
+    // Where the first cache has no room for the same columns of all rows, as their distance has it, they are
+    // brought to where it has.
+    const bool asks = reach > 5, isBrought = 2 * reach > rowsCached(in.step[0]);
     auto filterTiles = [&](const cv::Range& range) {
         const size_t stride = spacedStride(4 * (tile + 2 * reach));
         Scratch ring(lines * stride), summed(acrossRows * stride), finished(isCopied ? 4 * size_t(tile) : 0);

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "common/fir_lines.hpp"
 
@@ -43,8 +44,9 @@ BRUME_VECTORISE static bool allFinite(const float* in, int floats) {
     return largest < 0x7f800000;
 }
 
-/// Floats from one row to the next that hold `floats`, such that the first cache has room for the same
-/// columns of many rows: at multiples of 2 KB they would all be in the same few of its lines.
+/// Rows, so many bytes apart, of whose same columns a first cache of eight ways of 4 KB has room.
+inline int rowsCached(size_t step) { return int(8 * 4096 / std::gcd(step, size_t(4096))); }
+/// Floats from one row to the next that hold `floats`, such that it has room for those of many.
 constexpr size_t spacedStride(int floats) { return size_t((floats + 15) / 16 | 1) * 16; }
 
 // The line `count` pixels long from column `first` on of a row `width` pixels long whose edges replicate.
