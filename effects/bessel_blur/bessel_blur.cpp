@@ -193,10 +193,10 @@ double kernelError(const BesselBlur& p, double radius) {
 // Measured at 1920×1080 and, `isSmall`, at 1280×720, where caches hold more of a frame, on a CPU without
 // AVX-512; with it FIRs take less.
 double costOf(int method, int factor, int reach, bool isSmall) {
-    if (method == fir) return .2 + .44 * reach;
-    const double recursion = reach > 0 ? (isSmall ? 2.3 : 2.5) + 1e-5 * reach * reach : 3.4;
+    if (method == fir) return .8 + .15 * reach;
+    const double recursion = reach > 0 ? (isSmall ? 1.9 : 2.2) + 1e-5 * reach * reach : 2.9;
     if (factor == 1) return recursion;
-    return (isSmall ? 2. : 1.25 + 1.6 / factor) + recursion / (factor * factor);
+    return (isSmall ? 1.4 + .8 / factor : 1 + 1.3 / factor) + recursion / (factor * factor);
 }
 
 Plan plan(const BesselBlur& p, const PlanInput& in) {

@@ -17,27 +17,29 @@ inline bool isCheapest(const std::vector<Choice>& choices) {
 }
 
 /// Fills choice, prediction and reason: the cheapest of `choices` whose error does not show, or else the most
-/// exact.
+/// exact. Where a tolerance was asked for, the cheapest that keeps it.
 inline void choose(brume::Plan& plan, const brume::PlanInput& in, const Unseen& unseen,
                    const std::vector<Choice>& choices) {
+    const bool isAsked = !in.chooses("tolerance");
     const Choice *best = nullptr, *safest = nullptr;
     double bestShare = 0, safestShare = HUGE_VAL;
     for (const Choice& choice : choices) {
+        const bool isKept = isAsked && choice.error <= 1.001 * choice.tolerance + 1e-6;
         const double share = choice.share >= 0 ? choice.share : unseen.share(choice);
         if (!safest || share < safestShare) safest = &choice, safestShare = share;
-        if (share <= 1 && (!best || choice.cost < best->cost)) best = &choice, bestShare = share;
+        if ((isKept || share <= 1) && (!best || choice.cost < best->cost)) best = &choice, bestShare = share;
     }
-    const bool isUnseen = best;
+    const char* why = !best            ? " is the most exact; its error, "
+                      : bestShare <= 1 ? " is the cheapest whose error, "
+                                       : " is the cheapest that keeps the tolerance asked for; its error, ";
     if (!best) best = safest, bestShare = safestShare;
     plan.chosen["method"] = best->method;
     plan.chosen["tolerance"] = best->tolerance;
     plan.predictedError = bestShare * in.tolerance;
     plan.predictedCost = best->cost;
-    plan.why = brume::text(best->name,
-                           isUnseen ? " is the cheapest whose error, " : " is the most exact; its error, ",
-                           best->error, " of the kernel, ",
-                           isUnseen ? "does not show among this frame's lights"
-                                    : "may show beside this frame's brightest lights");
+    plan.why = brume::text(best->name, why, best->error, " of the kernel, ",
+                           bestShare <= 1 ? "does not show among this frame's lights"
+                                          : "may show beside this frame's brightest lights");
 }
 
 }  // namespace blur

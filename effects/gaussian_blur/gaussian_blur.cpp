@@ -241,12 +241,12 @@ double costOf(int method, double sigma, double tolerance, int reach) {
     switch (method) {
         case fir:
         case pascal:
-            return .3 + .33 * reach;
+            return .8 + .15 * reach;
         case recursive:
-            return 8;
+            return 6.6;
         case decimated:
             if (blur::gaussianFactor(sigma, tolerance) == 1) return costOf(fir, sigma, tolerance, reach);
-            return 1.1 + 3.6 / blur::gaussianFactor(sigma, tolerance);
+            return 1.2 + 2.1 / blur::gaussianFactor(sigma, tolerance);
         case dualFilter:
             return sigma < 32 ? 330 : 550;
         default:

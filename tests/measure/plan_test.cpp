@@ -9,6 +9,7 @@
 #include "apply/apply.hpp"
 #include "cpu/cpu_runner.hpp"
 #include "effect/preset.hpp"
+#include "error.hpp"
 #include "frame/color_encoding.hpp"
 #include "frame/read.hpp"
 #include "measure/bench.hpp"
@@ -147,6 +148,31 @@ TEST(Plan, ABlurIsMoreExactBeforeWhatAmplifiesIt) {
             .plan.chosen.at("tolerance");
     };
     EXPECT_LT(tolerance("8"), .2 * tolerance("1"));
+}
+
+// Of a lamp so bright that the error may show: who asked for a tolerance gets the cheapest method that keeps
+// it, and is told.
+TEST(Plan, AToleranceThatWasAskedForIsEnough) {
+    FramePair frame;
+    frame.color = cv::Mat(64, 64, CV_32FC4, cv::Scalar(0, 0, 0, 1));
+    frame.color.at<cv::Vec4f>(32, 32) = {5000, 5000, 5000, 1};
+    frame.depth = cv::Mat(frame.color.size(), CV_32F, cv::Scalar(10));
+    frame.camera = Camera::withHorizontalView(frame.color.size(), 60);
+    for (const auto& [effect, radius] : {std::pair("gaussian_blur", "2.7"), {"bessel_blur", "9.5"}}) {
+        auto planOf = [&](const std::string& tolerance) {
+            return decisionsOf(text(R"([{"effect": ")", effect, R"(", "radius": )", radius,
+                                    R"(, "method": "auto", "tolerance": )", tolerance, "}]"),
+                               frame)[0]
+                .plan;
+        };
+        const Plan asked = planOf("0.001"), unseen = planOf("\"auto\"");
+        const int decimated = 2;
+        EXPECT_EQ(asked.chosen.at("method"), decimated) << effect;
+        EXPECT_LT(asked.predictedCost, unseen.predictedCost) << effect;
+        EXPECT_GT(asked.predictedError, unseenError) << effect;
+        EXPECT_NE(asked.why.find("asked for"), std::string::npos) << asked.why;
+        EXPECT_LE(unseen.predictedError, unseenError) << effect;
+    }
 }
 
 TEST(Plan, AFogBlurThatIsTriedGetsWhatTheFogBeforeItLeaves) {
