@@ -20,6 +20,11 @@ constexpr int longestSum = 128;
 /// Reaches there is code for, unrolled: what it loads for one tap stays in registers for the next, which
 /// takes half the time. (More of it takes long to compile.)
 constexpr int longestUnrolled = 12;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int mostUnrolled = 3;  // what sanitizers make of more takes ten minutes to compile
+#else
+constexpr int mostUnrolled = 99;
+#endif
 
 // The taps that a sum takes: half[first] to half[last].
 struct Stretch {
@@ -40,7 +45,8 @@ BRUME_INLINE bool withKnown(const Stretch& taps, Run run, std::integer_sequence<
 template <class Wide, int longest = longestUnrolled, class Run>
 BRUME_INLINE void withTaps(const Stretch& taps, Run run) {
     if constexpr (Wide::isInOne)
-        if (withKnown(taps, run, std::make_integer_sequence<int, longest + 1>())) return;
+        if (withKnown(taps, run, std::make_integer_sequence<int, std::min(longest, mostUnrolled) + 1>()))
+            return;
     run(taps);
 }
 

@@ -210,10 +210,11 @@ struct InWhole : Fused {
     static BRUME_INLINE Four spread(const float* numbers) {
         Four a;
 #if defined(__x86_64__)
-        asm("vbroadcastf32x4 %1, %0" : "=v"(a) : "m"(*(const One*)numbers));
-#else
-        for (int k = 0; k < 16; k++) a[k] = numbers[k % 4];
+        if constexpr (Fused::isInOne)
+            asm("vbroadcastf32x4 %1, %0" : "=v"(a) : "m"(*(const One*)numbers));
+        else
 #endif
+            for (int k = 0; k < 16; k++) a[k] = numbers[k % 4];
         return spreadPart<0>(a);
     }
 };
