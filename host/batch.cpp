@@ -95,13 +95,19 @@ class MemoryGate {
     std::condition_variable changed_;
 };
 
-// Nine pixels in ten change by less, in 8-bit steps and of the picture's middle level: nobody will see it
-// without looking for it. (Judged by eye: 28 of 170 hardly shows in a bright room, 26 of 40 does at night.)
-constexpr double seenChange = 32, seenShare = .25;
+// Where so many pixels change by less, in 8-bit steps and of the picture's middle level, nobody will see it
+// without looking for it. (Judged by eye: of fog 28 of 170 hardly shows in a bright room, 26 of 40 does at
+// night; a blur of radius 1 shows, by 17 to 50 at its hundredth pixel, one of .5, by 6 to 18, hardly does.)
+struct Seen {
+    double pixels, change;
+    const char* words;
+};
+constexpr Seen seenFog = {.9, 32, "nine pixels in ten"}, seenAtEdges = {.99, 16, "99 pixels in 100"};
+constexpr double seenShare = .25;
 
-bool isFog(const Chain& chain) {
-    return std::any_of(chain.steps.begin(), chain.steps.end(), [](const Step& step) {
-        return step.enabled && step.effect->header.writesTransmittance;
+bool has(const Chain& chain, bool isFog) {
+    return std::any_of(chain.steps.begin(), chain.steps.end(), [&](const Step& step) {
+        return step.enabled && step.effect->header.writesTransmittance == isFog;
     });
 }
 
@@ -114,11 +120,14 @@ std::string hardlyShows(const Chain& chain, const FramePair& frame, const cv::Ma
         levels.push_back(encodedDifference(frame.color.at<cv::Vec4f>(p), {0, 0, 0, 0}));
         if (const float z = frame.depth.at<float>(p); std::isfinite(z)) depths.push_back(double(z));
     }
-    const double change = percentileOf(changes, .9), middle = percentileOf(levels, .5);
-    if (!(change < std::min(seenChange, std::max(1., seenShare * middle)))) return {};
+    // Fog covers a picture; what else there is, such as a blur or a glow, changes edges and what is around
+    // lamps.
+    const Seen seen = has(chain, false) ? seenAtEdges : seenFog;
+    const double change = percentileOf(changes, seen.pixels), middle = percentileOf(levels, .5);
+    if (!(change < std::min(seen.change, std::max(1., seenShare * middle)))) return {};
     const std::string what =
-        text("nine pixels in ten change by less than ", std::floor(change) + 1, " of 255 steps");
-    if (depths.empty() || !isFog(chain)) return what;
+        text(seen.words, " change by less than ", std::floor(change) + 1, " of 255 steps");
+    if (depths.empty() || !has(chain, true)) return what;
     char range[120];
     std::snprintf(range, sizeof range,
                   "; its surfaces lie at %.2g to %.2g m, and fog for such distances shows more",

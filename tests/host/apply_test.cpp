@@ -89,6 +89,25 @@ TEST_F(Apply, whatIsNoFogIsNotAskedForMoreFog) {
     EXPECT_THAT(ran.err, testing::Not(HasSubstr("surfaces")));
 }
 
+// A blur changes edges, a glow what is around lamps, both few pixels: the rest may stay as it was.
+TEST_F(Apply, aBlurShowsWhereOnlyAnEdgeChanges) {
+    FramePair frame = test::sampleFrame();
+    frame.color.setTo(cv::Scalar(.1, .1, .1, 1));
+    frame.color.colRange(24, 48).setTo(cv::Scalar(.4, .4, .4, 1));
+    frame.depth.setTo(.001);
+    writeFrame(path("edge.exr"), frame);
+    EXPECT_EQ(brume("apply gaussian_blur edge.exr -o soft.png --set gaussian_blur.radius=1").err, "");
+    EXPECT_THAT(
+        brume("apply gaussian_blur edge.exr -o sharp.png --set gaussian_blur.radius=.3").err,
+        HasSubstr("'sharp.png' looks much like its input: 99 pixels in 100 change by less than 1 of 255 "
+                  "steps; brume preview"));
+    addText("both.json",
+            R"({"effects": [{"effect": "depth_fog"}, {"effect": "gaussian_blur", "radius": 1}]})");
+    EXPECT_EQ(brume("apply both.json edge.exr -o both.png").err, "");
+    EXPECT_THAT(brume("apply both.json edge.exr -o both.png --set gaussian_blur.radius=.3").err,
+                HasSubstr("surfaces"));
+}
+
 TEST_F(Apply, whatIsLittleByDayShowsAtNight) {
     FramePair frame = test::sampleFrame();
     const std::string fog = " --set depth_fog.measure=extinction --set depth_fog.extinction=.2 --set ";
