@@ -21,7 +21,7 @@ constexpr int longestSum = 128;
 /// takes half the time. (More of it takes long to compile.)
 constexpr int longestUnrolled = 12;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int mostUnrolled = 3;  // what sanitizers make of more takes ten minutes to compile
+constexpr int mostUnrolled = 1;  // what sanitizers make of more takes ten minutes to compile
 #else
 constexpr int mostUnrolled = 99;
 #endif

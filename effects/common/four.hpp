@@ -252,23 +252,32 @@ BRUME_INLINE Vector fused(float a, Vector b, Vector c) {
 }
 
 /// BRUME_WIDE(Result, name, (parameters), (arguments)): a function that runs nameBy<Whole>, nameBy<Halves> or
-/// nameBy<Plain>, as this machine can.
+/// nameBy<Plain>, as this machine can. Sanitized it leaves out the first, which takes minutes to compile.
 #if defined(__x86_64__) && defined(__OPTIMIZE__)
 inline const bool hasHalves = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-                              __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma"),
-                  hasWhole = hasHalves && __builtin_cpu_supports("avx512f") &&
+                              __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define BRUME_WHOLE(Result, name, parameters, arguments)
+#define BRUME_IF_WHOLE(name, arguments)
+#else
+inline const bool hasWhole = hasHalves && __builtin_cpu_supports("avx512f") &&
                              __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
                              __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+#define BRUME_WHOLE(Result, name, parameters, arguments)                             \
+    __attribute__((target("arch=x86-64-v4"))) static Result name##Whole parameters { \
+        return name##By<blur::Whole> arguments;                                      \
+    }
+#define BRUME_IF_WHOLE(name, arguments) \
+    if (blur::hasWhole) return name##Whole arguments;
+#endif
 #define BRUME_WIDE(Result, name, parameters, arguments)                               \
-    __attribute__((target("arch=x86-64-v4"))) static Result name##Whole parameters {  \
-        return name##By<blur::Whole> arguments;                                       \
-    }                                                                                 \
+    BRUME_WHOLE(Result, name, parameters, arguments)                                  \
     __attribute__((target("arch=x86-64-v3"))) static Result name##Halves parameters { \
         return name##By<blur::Halves> arguments;                                      \
     }                                                                                 \
     static Result name##Plain parameters { return name##By<blur::Plain> arguments; }  \
     static inline Result name parameters {                                            \
-        if (blur::hasWhole) return name##Whole arguments;                             \
+        BRUME_IF_WHOLE(name, arguments)                                               \
         return blur::hasHalves ? name##Halves arguments : name##Plain arguments;      \
     }
 #else

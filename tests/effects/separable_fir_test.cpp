@@ -62,7 +62,8 @@ TEST(SeparableFir, IsTheSumOfItsTaps) {
                 cv::Mat first;
                 for (int threadCount : {1, 2})
                     for (bool streams : {false, true})
-                        for (int padding : {4, 5}) {  // rows that begin where a line of the cache does, or not
+                        for (int padding :
+                             {4, 5}) {  // rows that begin where a line of the cache does, or not
                             cv::Mat whole(size.height, (size.width + 3) / 4 * 4 + padding, CV_32FC4,
                                           cv::Scalar::all(-7));
                             cv::Mat out = whole.colRange(0, size.width);
