@@ -10,9 +10,9 @@
      "LABEL": "Radius", "HINT": "standard deviation, in px of the full frame: .8165 of the filter's time constant"},
     {"NAME": "method", "TYPE": "long", "VALUES": [0, 1, 2, 3, 4],
      "LABELS": ["fir", "recursive", "decimated", "hold", "bilinear"], "AUTO": true, "DEFAULT": "auto",
-     "LABEL": "Method", "HINT": "recursive is exact at any radius; hold and bilinear are the textbook discretisations"},
+     "LABEL": "Method", "HINT": "recursive is exact at any radius; hold and bilinear are the textbook discretisations; auto is the cheapest whose error does not show on this frame, or that keeps a stated tolerance"},
     {"NAME": "tolerance", "TYPE": "float", "AUTO": true, "DEFAULT": "auto", "MIN": 1e-6, "MAX": 0.1, "LABEL": "Tolerance",
-     "HINT": "largest error of the kernel, per largest input; of decimated at most 1e-3; auto: whatever does not show on this frame, at most 1e-3",
+     "HINT": "how far a pixel may be off, as a share of the brightest within its blur, of decimated never more than 1e-3; once stated it is enough for method auto, even where it shows; auto: whatever does not show on this frame, at most 1e-3",
      "WHEN": "$method == $method_fir || $method == $method_decimated"}
   ],
   "DERIVED": [

@@ -10,9 +10,9 @@
      "LABEL": "Radius", "HINT": "standard deviation, in px of the full frame"},
     {"NAME": "method", "TYPE": "long", "VALUES": [0, 1, 2, 3, 4, 5],
      "LABELS": ["fir", "recursive", "decimated", "box", "pascal", "dual_filter"], "AUTO": true, "DEFAULT": "auto", "LABEL": "Method",
-     "HINT": "fir costs what the radius asks; the others cost the same at any radius; dual_filter is what GPUs do for speed, only near a Gaussian"},
+     "HINT": "fir costs what the radius asks; the others cost the same at any radius; dual_filter is what GPUs do for speed, only near a Gaussian; auto is the cheapest whose error does not show on this frame, or that keeps a stated tolerance"},
     {"NAME": "tolerance", "TYPE": "float", "AUTO": true, "DEFAULT": "auto", "MIN": 1e-6, "MAX": 0.1, "LABEL": "Tolerance",
-     "HINT": "largest error of the kernel, per largest input; decimated keeps 1e-3 at least; auto: whatever does not show on this frame, at most 1e-3",
+     "HINT": "how far a pixel may be off, as a share of the brightest within its blur, of decimated never more than 1e-3; once stated it is enough for method auto, even where it shows; auto: whatever does not show on this frame, at most 1e-3",
      "WHEN": "$method != $method_box && $method != $method_dual_filter && $method != $method_recursive"}
   ],
   "DERIVED": [
