@@ -26,11 +26,12 @@ std::string choiceWords(const Chain& chain, const StepPlan& step) {
 
 std::string predictionWords(const StepPlan& step) {
     if (!step.planned || step.tolerance == 0) return {};
+    // Of a picture that is clipped; what later steps read may be judged above it.
+    const double steps = std::min(255 * step.plan.predictedError, 255.);
     char line[160];
-    std::snprintf(line, sizeof line,
-                  "off by %.2g of an 8-bit step (%.2g allowed), for the time of %.*f frame copies",
-                  255 * step.plan.predictedError, 255 * step.tolerance, step.plan.predictedCost < 10 ? 1 : 0,
-                  step.plan.predictedCost);
+    std::snprintf(line, sizeof line, "off by %.*g%s (%.2g allowed), for the time of %.*f frame copies",
+                  steps < 100 ? 2 : 3, steps, steps > 1 ? " 8-bit steps" : " of an 8-bit step",
+                  255 * step.tolerance, step.plan.predictedCost < 10 ? 1 : 0, step.plan.predictedCost);
     return line;
 }
 

@@ -273,6 +273,20 @@ TEST_F(Apply, explainNamesChoicesAndGivesNumbersAsTheyAre) {
     EXPECT_THAT(free.out, testing::ContainsRegex("gaussian_blur: method = [a-zA-Z]")) << "not a number";
 }
 
+// Of what a tolerance lets through, nobody has to read powers of ten, nor more steps than there are.
+TEST_F(Apply, explainCountsStepsThatShow) {
+    FramePair frame = test::sampleFrame();
+    frame.color.setTo(cv::Scalar(0, 0, 0, 1));
+    frame.color.at<cv::Vec4f>(16, 24) = {5000, 5000, 5000, 1};
+    writeFrame(path("lamp.exr"), frame);
+    const auto ran = brume(
+        "apply gaussian_blur lamp.exr -o soft.png --explain --set gaussian_blur.radius=2.7 --set "
+        "gaussian_blur.tolerance=.1,.001");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, testing::ContainsRegex("predicted: off by 2[0-9][0-9] 8-bit steps .0.5 allowed."));
+    EXPECT_THAT(ran.out, testing::Not(HasSubstr("e+")));
+}
+
 TEST_F(Apply, dumpShaderPrintsWhatTheCompilerGets) {
     auto ran = brume("apply depth_fog --dump-shader");
     EXPECT_EQ(ran.status, 0) << ran.err;
