@@ -2,7 +2,7 @@
 // The effect's DERIVED declares: taps, reach (FIR); factor, prefilterReach, prefilter, smallTaps, smallReach, enlarging (decimated).
 
 // One bad pixel must not spread over a whole blur.
-float finite(float x) { return isNan(x) ? 0.0 : (isInf(x) ? (x > 0.0 ? 65504.0 : -65504.0) : x); }
+float finite(float x) { return isNan(x) ? 0.0 : (isInf(x) ? (x > 0.0 ? 65504.0 : -65504.0) : clamp(x, -1e38, 1e38)); }
 vec4 finiteFetch(sampler2D image, ivec2 p) {
     vec4 c = fetch(image, p);
     return vec4(finite(c.r), finite(c.g), finite(c.b), finite(c.a));

@@ -12,11 +12,14 @@
 
 namespace blur {
 
-// NaN as 0 and ±inf as ±65504, so that one bad pixel cannot spread over a whole blur.
+// NaN as 0 and ±inf as ±65504, so that one bad pixel cannot spread over a whole blur; what is beyond ±1e38 as
+// that, lest sums be infinite.
 BRUME_VECTORISE static void copyFinite(float* out, const float* in, int floats) {
     for (int i = 0; i < floats; i++) {
         float x = in[i];
-        float bounded = std::fabs(x) > 3.4028235e38f ? std::copysign(65504.0f, x) : x;
+        const float magnitude = std::fabs(x),
+                    bounded =
+                        std::copysign(magnitude > 3.4028235e38f ? 65504.0f : std::min(magnitude, 1e38f), x);
         out[i] = x == x ? bounded : 0.0f;
     }
 }
@@ -41,7 +44,7 @@ BRUME_WIDE(void, copyPixels, (float* out, const float* in, int floats), (out, in
 BRUME_VECTORISE static bool allFinite(const float* in, int floats) {
     int largest = 0;
     for (int i = 0; i < floats; i++) largest = std::max(largest, std::bit_cast<int>(in[i]) & 0x7fffffff);
-    return largest < 0x7f800000;
+    return largest <= mostAdded;
 }
 
 /// Rows, so many bytes apart, of whose same columns a first cache of eight ways of 4 KB has room.

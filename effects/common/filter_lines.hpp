@@ -49,7 +49,7 @@ BRUME_INLINE bool interleaveBy(float* lanes, const float* const* rows, int count
                 float x = lanes[laneCount * i + 4 * k + n] = rows[k][4 * i + n];
                 most = std::max(most, std::bit_cast<int>(x) & 0x7fffffff);
             }
-    return watch.areFinite() && most < 0x7f800000;
+    return watch.areFinite() && most <= mostAdded;
 }
 BRUME_WIDE(bool, interleave, (float* lanes, const float* const* rows, int count), (lanes, rows, count))
 // The other way, for the first `rowCount` rows.

@@ -1,7 +1,6 @@
 // The inner loops of every symmetric FIR here, over lines of RGBA floats. Each output sums its taps in pairs
-// from the centre out in one fixed order, an addition and a fused multiply-add for two of them, so the same
-// pixel gets the same bits whatever thread, tile or vector width computed it. `half` holds the centre tap and
-// one side's.
+// in one fixed order, an addition and a fused multiply-add for two of them, so the same pixel gets the same
+// bits whatever thread, tile or vector width computed it. `half` holds the centre tap and one side's.
 #pragma once
 
 #include <algorithm>

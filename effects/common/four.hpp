@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <type_traits>
 
@@ -103,7 +104,10 @@ BRUME_INLINE Pair least(const Pair& a, const Pair& b) {
     return {a.low < b.low ? a.low : b.low, a.high < b.high ? a.high : b.high};
 }
 
-// Whether all that was looked at is finite.
+/// Beyond this two that are added may be infinite: as its bits, which compare as numbers do.
+constexpr int mostAdded = std::bit_cast<int>(1e38f);
+
+// Whether all that was looked at is finite, and may be added.
 struct WholeWatch {
     typedef int Bits __attribute__((vector_size(64), may_alias));
     Bits largest = {};
@@ -114,7 +118,7 @@ struct WholeWatch {
     BRUME_INLINE bool areFinite() const {
         int most = 0;
         for (int k = 0; k < 16; k++) most = std::max(most, largest[k]);
-        return most < 0x7f800000;
+        return most <= mostAdded;
     }
 };
 struct HalvesWatch {
@@ -128,7 +132,7 @@ struct HalvesWatch {
     BRUME_INLINE bool areFinite() const {
         int most = 0;
         for (int k = 0; k < 8; k++) most = std::max(most, largest[k]);
-        return most < 0x7f800000;
+        return most <= mostAdded;
     }
 };
 

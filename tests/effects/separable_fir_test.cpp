@@ -86,3 +86,19 @@ TEST(SeparableFir, IsTheSumOfItsTaps) {
             }
     cv::setNumThreads(threads);
 }
+
+// A pair of taps is added before it is weighed: pixels that are finite, but two of which are not together,
+// must not become infinite, nor two such sums NaN.
+TEST(SeparableFir, FinitePixelsGiveFiniteSums) {
+    cv::Mat image(60, 60, CV_32FC4);
+    for (int y = 0; y < image.rows; y++)
+        for (int x = 0; x < image.cols; x++)
+            image.at<cv::Vec4f>(y, x) = cv::Vec4f::all(x / 6 % 2 ? 2.5e38f : y / 6 % 2 ? -2.5e38f : 3.4e38f);
+    for (int reach : {1, 2, 9, 20, 40}) {
+        const std::vector<float> half(size_t(reach) + 1, 1.0f / float(2 * reach + 1));
+        cv::Mat out(image.size(), CV_32FC4);
+        separableFir(image, out, half);
+        EXPECT_TRUE(cv::checkRange(out)) << reach;
+        EXPECT_GT(cv::norm(out, cv::NORM_INF), 1e37) << reach;
+    }
+}
