@@ -163,7 +163,8 @@ BRUME_INLINE bool acrossGroup(float* const* out, const float* const* rows, int f
         One a[outputs];
         sum(a, Stretch{taps.half, taps.first, taps.last}, at);
         for (int k = 0; k < outputs; k++)
-            for (int c = 0; c < 4; c++) areFinite = areFinite && std::abs(a[k][c]) < HUGE_VALF;
+            for (int c = 0; c < 4; c++)
+                areFinite = areFinite && std::bit_cast<int>(std::abs(a[k][c])) <= mostAdded;
     }
     return areFinite;
 }

@@ -84,6 +84,23 @@ TEST(WideKernels, FirsAndDecimationsGiveTheSameBits) {
             });
 }
 
+// Wherever in a register, or behind the last whole one.
+TEST(WideKernels, FirsAcrossSeeSumsThatAreTooLargeToBeAdded) {
+    const float half[] = {1, 0};
+    for (float value : {2e38f, HUGE_VALF, NAN, 1.0f})
+        for (int pixel : {0, 1, 2, 3, 4}) {
+            std::vector<float> x(3 * 4 * 5, 0.5f), out(4 * 5);
+            x[size_t(4 * 5 + 4 * pixel + 1)] = value;
+            const auto rows = rowsOf(std::as_const(x), 3, 4 * 5);
+            float* to = out.data();
+            const Stretch taps = {half, 0, 1};
+            const bool isFine = value == 1.0f;
+            EXPECT_EQ(firAcrossShortBy<PlainWhole>(&to, 1, rows.data() + 1, 0, taps, 4 * 5), isFine) << pixel;
+            EXPECT_EQ(firAcrossShortBy<Plain>(&to, 1, rows.data() + 1, 0, taps, 4 * 5), isFine) << pixel;
+            EXPECT_EQ(firAcrossShort(&to, 1, rows.data() + 1, 0, taps, 4 * 5), isFine) << pixel;
+        }
+}
+
 TEST(WideKernels, EnlargedRowsAreTheSameBits) {
     const std::vector<float> x = randomFloats(40000, 3), weights = randomFloats(6, 4),
                              phases = randomFloats(16 * 6 * 4, 5);
